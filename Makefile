@@ -1,0 +1,59 @@
+# `make help` lists the targets. Every target sets up what it needs and nothing twice.
+
+# The Blender series of .venv: lts is 4.5 with Python 3.11, else 5.2 with Python 3.13. PYTHON=... names an interpreter.
+BLENDER ?= lts
+# The series that test-matrix goes through.
+SERIES ?= 4.2 4.5 5.0 5.2
+# What `make render` renders.
+BLEND ?= sample_blends/cups.blend
+PICTURE ?= renders/cups.png
+SIZE ?= 1280x720
+SAMPLES ?= 16
+
+VENV := .venv
+BIN := $(VENV)/bin
+SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup render test test-slow test-matrix package lint format figures bench clean
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
+
+setup:  ## the environment for development, all layers
+	@$(SETUP) test lint figures bench
+
+render:  ## sample_blends/cups.blend -> renders/cups.png (BLEND=, PICTURE=, SIZE=, SAMPLES=)
+	@$(SETUP)
+	@mkdir -p $(dir $(PICTURE))
+	@echo "Rendering $(BLEND), $(SIZE), $(SAMPLES) samples a pixel"
+	@$(BIN)/dichromatic render $(BLEND) -o $(PICTURE) --size $(SIZE) --samples $(SAMPLES)
+
+test: lint  ## lint, types, and the tests of the core and the add-on
+	@$(SETUP) test
+	$(BIN)/python -m pytest
+
+test-slow:  ## the tests that take minutes
+	@$(SETUP) test bench
+	$(BIN)/python -m pytest -m slow --timeout=3600
+
+test-matrix:  ## the add-on on Blender 4.2, 4.5, 5.0 and, with Python 3.13, 5.2 (SERIES=)
+	@tools/test_matrix.sh $(SERIES)
+
+package:  ## build and validate dist/dichromatic-<version>.zip
+	@$(SETUP)
+	$(BIN)/python tools/package.py
+
+lint:  ## ruff and mypy
+	@$(SETUP) test lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format:  ## let ruff format and mend what it can
+	@$(SETUP) lint
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:  ## remove the environments and everything that was made
+	rm -rf .venv .venv-* build dist renders artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
