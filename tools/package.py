@@ -81,8 +81,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, default=ROOT / "dist", help="folder for the zip (default: dist)")
     target = build(parser.parse_args(argv).output)
     with zipfile.ZipFile(target) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
-        print(f"{target}: {len(archive.namelist())} files, {target.stat().st_size / 1e3:.0f} kB, unpacked {size / 1e3:.0f}")
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+        count = len(archive.namelist())
+    print(f"{target}: {count} files, {target.stat().st_size >> 10} KiB, unpacked {unpacked >> 10} KiB")
     return 0
 
 
