@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = [
     "DichromaticError",
+    "FittingError",
     "InvalidParameterError",
     "MemoryLimitError",
     "MissingDependencyError",
@@ -27,6 +28,10 @@ class InvalidParameterError(DichromaticError, ValueError):
 
 class SpectrumFileError(DichromaticError, ValueError):
     """A spectrum file cannot be read; the message names the file, the line and the reason."""
+
+
+class FittingError(DichromaticError, ValueError):
+    """Measured spectra do not determine what was asked of them (too few, all zero, no angles)."""
 
 
 class SceneError(DichromaticError, ValueError):
