@@ -172,8 +172,8 @@ class Spectrum:
         Returns
         -------
         ndarray of float64
-            Values, in the shape of `wavelengths_nm`; the end values beyond the samples. Lagrange interpolation can
-            pass below the smallest sample, and is not clipped.
+            Values, in the shape of `wavelengths_nm`; the end values beyond the samples. Where a cubic passes below
+            zero beside a steep flank, a spectrum that is not signed gives 0.
 
         Raises
         ------
@@ -184,7 +184,8 @@ class Spectrum:
         ----------
         CIE 15:2004, 7.2 (interpolation and extrapolation).
         """
-        return interpolate(self.wavelengths_nm, self.values, wavelengths_nm, self.interpolation)
+        values = interpolate(self.wavelengths_nm, self.values, wavelengths_nm, self.interpolation)
+        return values if self.signed else np.maximum(values, 0.0)
 
     def scaled(self, factor: float, name: str | None = None) -> Spectrum:
         """Multiply the spectrum by a number.
