@@ -1,0 +1,156 @@
+"""The scene: data only, checked when it is made, and never changed afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from .colorimetry import GRID_PRESETS, OBSERVERS
+from .errors import InvalidParameterError, SceneError
+from .lights import Light
+from .reflection.materials import Material
+from .spectra import Spectrum
+from .tracing.camera import Camera
+from .tracing.mesh import Instance
+from .tracing.sampling import PIXEL_FILTERS
+from .validation import require_choice, require_in_range, require_integer
+
+__all__ = ["RenderSettings", "Scene", "World"]
+
+PRECISIONS = ("float32", "float64")
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What the camera sees where it meets no surface: the same spectrum in every direction.
+
+    Attributes
+    ----------
+    illuminant : Spectrum
+        Relative spectral power distribution; brought to Y = 1.
+    strength : float
+        Radiance in units of a perfect diffuser under an irradiance of pi: 1 is display white, 0 is black.
+    name : str
+        Shown in the plan, and the handle for relighting.
+    """
+
+    illuminant: Spectrum = field(default_factory=lambda: Spectrum.constant(1.0, name="E"))
+    strength: float = 0.0
+    name: str = "World"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.illuminant, Spectrum):
+            raise InvalidParameterError(f"illuminant of world '{self.name}' must be a Spectrum")
+        require_in_range(f"strength of world '{self.name}'", self.strength, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything that light depends on.
+
+    Attributes
+    ----------
+    instances : sequence of Instance
+        Meshes with their place in the world; may be empty.
+    materials : sequence of Material
+        What the material indices of the instances point to.
+    lights : sequence of Light
+        Point, spot and sun lights; may be empty.
+    camera : Camera or None
+        Needed to render; None is refused there and not here, so that a scene can be inspected.
+    world : World
+        The background.
+    material_names : sequence of str, optional
+        One name per material, for the plan and for relighting; numbered when left out.
+    name : str
+        Shown in the statistics.
+
+    Raises
+    ------
+    SceneError
+        If a mesh asks for a material that is not there, or names and materials differ in number.
+    """
+
+    instances: Sequence[Instance] = ()
+    materials: Sequence[Material] = ()
+    lights: Sequence[Light] = ()
+    camera: Camera | None = None
+    world: World = field(default_factory=World)
+    material_names: Sequence[str] = ()
+    name: str = "Scene"
+
+    def __post_init__(self) -> None:
+        for attribute in ("instances", "materials", "lights"):
+            object.__setattr__(self, attribute, tuple(getattr(self, attribute)))
+        names = tuple(self.material_names) or tuple(f"Material {i + 1}" for i in range(len(self.materials)))
+        object.__setattr__(self, "material_names", names)
+        if len(names) != len(self.materials):
+            raise SceneError(f"scene '{self.name}' has {len(self.materials)} materials but {len(names)} material names")
+        for instance in self.instances:
+            indices = instance.mesh.material_index
+            highest = 0 if indices is None or not len(indices) else int(indices.max())
+            if len(instance.mesh.triangles) and highest >= len(self.materials):
+                raise SceneError(
+                    f"mesh '{instance.mesh.name}' uses material index {highest}, "
+                    f"but the scene has {len(self.materials)} materials"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """How a scene is rendered.
+
+    Attributes
+    ----------
+    width, height : int
+        Size of the image in pixels, at least 1.
+    samples : int
+        Rays a pixel, at least 1; the same sub-pixel positions in every pixel.
+    pixel_filter : str
+        One of ``tracing.sampling.PIXEL_FILTERS``.
+    filter_width : float
+        Width of the filter in pixels, above 0.
+    seed : int
+        Equal seeds give equal images, bit by bit.
+    observer : str
+        One of ``colorimetry.OBSERVERS``.
+    grid : str
+        Wavelength grid of the colour side, one of ``colorimetry.GRID_PRESETS``; for direct light "exact" costs nothing.
+    precision : str
+        "float32" for the bulk of the geometry, or "float64" throughout for reference renders.
+    band_samples : int
+        Upper bound of rays that are in memory at once; the image is worked off in bands of whole rows.
+    film_bytes : int or None
+        Memory that the film may take; beyond it the render keeps plain colour and cannot be relit. None for no limit.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a value breaks its rule.
+    """
+
+    width: int = 960
+    height: int = 540
+    samples: int = 4
+    pixel_filter: str = "blackman_harris"
+    filter_width: float = 1.5
+    seed: int = 0
+    observer: str = "cie_1931_2"
+    grid: str = "exact"
+    precision: str = "float32"
+    band_samples: int = 1 << 18
+    film_bytes: int | None = 1 << 30
+
+    def __post_init__(self) -> None:
+        require_integer("width", self.width, 1)
+        require_integer("height", self.height, 1)
+        require_integer("samples", self.samples, 1)
+        require_choice("pixel_filter", self.pixel_filter, PIXEL_FILTERS)
+        require_in_range("filter_width", self.filter_width, 1e-3, 16.0, unit="pixels")
+        require_integer("seed", self.seed, 0)
+        require_choice("observer", self.observer, OBSERVERS)
+        require_choice("grid", self.grid, GRID_PRESETS)
+        require_choice("precision", self.precision, PRECISIONS)
+        require_integer("band_samples", self.band_samples, 1)
+        if self.film_bytes is not None:
+            require_integer("film_bytes", self.film_bytes, 0)

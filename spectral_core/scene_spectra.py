@@ -1,0 +1,341 @@
+"""The spectral side of a scene: which spectra its light is made of, and what a product of them weighs.
+
+Light on any path is a product of one emitter's spectrum and the reflectances it met. A :class:`Term` names such a
+product by the slots it multiplies, not by their values, so the values can be exchanged after the rays were traced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .colorimetry import Observer, WavelengthGrid, tristimulus_weights
+from .errors import InvalidParameterError
+from .spectra import Spectrum
+from .validation import require_in_range
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term"]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Term:
+    """A monomial: one emitter times the reflectances of the slots it met.
+
+    Attributes
+    ----------
+    emitter : int
+        Index into ``SceneSpectra.emitters``.
+    slots : tuple of int
+        Indices into ``SceneSpectra.slots``, sorted; a slot met twice stands twice.
+    """
+
+    emitter: int
+    slots: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Emitter:
+    """A light's or the world's spectrum and strength, without its geometry.
+
+    Attributes
+    ----------
+    name : str
+        The light's name.
+    illuminant : Spectrum
+        Relative spectral power distribution.
+    strength : float
+        Watts, W/m^2 or display whites, as the kind of light has it.
+    """
+
+    name: str
+    illuminant: Spectrum
+    strength: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.illuminant, Spectrum):
+            raise InvalidParameterError(f"illuminant of light '{self.name}' must be a Spectrum")
+        require_in_range(f"strength of light '{self.name}'", self.strength, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ReflectanceSlot:
+    """One reflectance spectrum of one material.
+
+    Attributes
+    ----------
+    material : str
+        The material's name.
+    component : str
+        "body", "interface", or another of the material's ``component_names``.
+    reflectance : Spectrum
+        The spectrum.
+    """
+
+    material: str
+    component: str
+    reflectance: Spectrum
+
+
+@dataclass(frozen=True, slots=True)
+class SceneSpectra:
+    """All spectra of a scene, and the tristimulus values of their products.
+
+    Attributes
+    ----------
+    emitters : tuple of Emitter
+        The lights in the scene's order, and the world last.
+    slots : tuple of ReflectanceSlot
+        The reflectances of all materials, in the scene's order.
+    """
+
+    emitters: tuple[Emitter, ...]
+    slots: tuple[ReflectanceSlot, ...]
+
+    @classmethod
+    def from_scene(cls, scene: Scene) -> SceneSpectra:
+        """Collect the spectra of a scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene.
+
+        Returns
+        -------
+        SceneSpectra
+            With the lights, then the world; and the materials' reflectances in order.
+
+        Raises
+        ------
+        InvalidParameterError
+            If an emitter is invalid.
+
+        References
+        ----------
+        Own design.
+        """
+        emitters = [Emitter(light.name, light.illuminant, light.strength) for light in scene.lights]
+        emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength))
+        slots = [
+            ReflectanceSlot(name, component, reflectance)
+            for name, material in zip(scene.material_names, scene.materials, strict=True)
+            for component, reflectance in zip(material.component_names, material.reflectances, strict=True)
+        ]
+        return cls(tuple(emitters), tuple(slots))
+
+    def with_light(
+        self, name: str, *, illuminant: Spectrum | None = None, strength: float | None = None
+    ) -> SceneSpectra:
+        """Return the spectra with one lamp exchanged or dimmed.
+
+        Parameters
+        ----------
+        name : str
+            The light's name; every light of that name is changed.
+        illuminant : Spectrum, optional
+            New relative spectral power distribution.
+        strength : float, optional
+            New strength, at least 0.
+
+        Returns
+        -------
+        SceneSpectra
+            A changed copy.
+
+        Raises
+        ------
+        InvalidParameterError
+            If no light has the name.
+
+        References
+        ----------
+        Own design.
+        """
+        found = False
+        emitters = []
+        for emitter in self.emitters:
+            if emitter.name == name:
+                found = True
+                emitter = replace(
+                    emitter,
+                    illuminant=emitter.illuminant if illuminant is None else illuminant,
+                    strength=emitter.strength if strength is None else strength,
+                )
+            emitters.append(emitter)
+        if not found:
+            known = ", ".join(f"'{e.name}'" for e in self.emitters)
+            raise InvalidParameterError(f"no light is named '{name}'; the scene has {known}")
+        return replace(self, emitters=tuple(emitters))
+
+    def with_reflectance(self, material: str, component: str, reflectance: Spectrum) -> SceneSpectra:
+        """Return the spectra with one reflectance of one material exchanged.
+
+        Parameters
+        ----------
+        material : str
+            The material's name.
+        component : str
+            "body", "interface", or another of the material's components.
+        reflectance : Spectrum
+            The new spectrum.
+
+        Returns
+        -------
+        SceneSpectra
+            A changed copy.
+
+        Raises
+        ------
+        InvalidParameterError
+            If no material of that name has such a component.
+
+        References
+        ----------
+        Own design.
+        """
+        hits = [i for i, s in enumerate(self.slots) if s.material == material and s.component == component]
+        if not hits:
+            known = ", ".join(f"'{s.material}' {s.component}" for s in self.slots)
+            raise InvalidParameterError(
+                f"no material '{material}' has a {component} reflectance; the scene has {known}"
+            )
+        slots = list(self.slots)
+        for index in hits:
+            slots[index] = replace(slots[index], reflectance=reflectance)
+        return replace(self, slots=tuple(slots))
+
+    def tristimulus_table(self, terms: Sequence[Term], observer: Observer, grid: WavelengthGrid) -> NDArray[np.float64]:
+        """XYZ of every term for a geometric coefficient of 1.
+
+        Equal spectra are integrated once: each distinct product is one row of work, however many terms share it.
+
+        Parameters
+        ----------
+        terms : sequence of Term, length K
+            The terms.
+        observer : Observer
+            Colour-matching functions.
+        grid : WavelengthGrid
+            Where the reflectances are sampled.
+
+        Returns
+        -------
+        ndarray of float64, shape (K, 3)
+            X, Y, Z, scaled so that an emitter of strength 1 on a perfect diffuser has Y = 1.
+
+        Raises
+        ------
+        InvalidParameterError
+            If an illuminant has no luminance for the observer.
+
+        References
+        ----------
+        Linearity of Tominaga 1996, Eqs. 4 and 7, in the spectra; ASTM E2022 for the weighting tables.
+        """
+        table = np.zeros((len(terms), 3))
+        weights: dict[bytes, NDArray[np.float64]] = {}
+        samples: dict[bytes, NDArray[np.float64]] = {}
+        products: dict[tuple[bytes, ...], NDArray[np.float64]] = {}
+        for row, term in enumerate(terms):
+            emitter = self.emitters[term.emitter]
+            if emitter.strength == 0.0:
+                continue
+            lamp = emitter.illuminant.key
+            reflectances = [self.slots[slot].reflectance for slot in term.slots]
+            key = (lamp, *sorted(r.key for r in reflectances))
+            if key not in products:
+                if lamp not in weights:
+                    weights[lamp] = tristimulus_weights(emitter.illuminant, observer, grid)
+                product = np.ones(len(grid.wavelengths_nm))
+                for reflectance in reflectances:
+                    if reflectance.key not in samples:
+                        samples[reflectance.key] = reflectance.at(grid.wavelengths_nm)
+                    product = product * samples[reflectance.key]
+                products[key] = product @ weights[lamp]
+            table[row] = emitter.strength * products[key]
+        return table
+
+    def radiance_table(
+        self, terms: Sequence[Term], wavelengths_nm: NDArray[np.float64], observer: Observer
+    ) -> NDArray[np.float64]:
+        """Spectrum of every term for a geometric coefficient of 1.
+
+        Parameters
+        ----------
+        terms : sequence of Term, length K
+            The terms.
+        wavelengths_nm : ndarray, shape (W,)
+            Where to sample (nm).
+        observer : Observer
+            Whose luminance brings the illuminants to Y = 1.
+
+        Returns
+        -------
+        ndarray of float64, shape (K, W)
+            Relative radiance per nm, on the scale on which the sum at 1 nm against the observer gives
+            ``tristimulus_table`` of the exact grid.
+
+        Raises
+        ------
+        InvalidParameterError
+            If an illuminant has no luminance for the observer.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 1 and 4.
+        """
+        table = np.zeros((len(terms), len(wavelengths_nm)))
+        for row, term in enumerate(terms):
+            emitter = self.emitters[term.emitter]
+            if emitter.strength == 0.0:
+                continue
+            luminance = _luminance(emitter.illuminant, observer)
+            product = emitter.illuminant.at(wavelengths_nm) * (emitter.strength / luminance)
+            for slot in term.slots:
+                product = product * self.slots[slot].reflectance.at(wavelengths_nm)
+            table[row] = product
+        return table
+
+    def distinct_products(self, terms: Iterable[Term]) -> int:
+        """How many different products of spectra the terms stand for.
+
+        Parameters
+        ----------
+        terms : iterable of Term
+            The terms.
+
+        Returns
+        -------
+        int
+            Their number after equal spectra are merged.
+
+        Raises
+        ------
+        IndexError
+            If a term points outside the spectra.
+
+        References
+        ----------
+        Own design.
+        """
+        keys = set()
+        for term in terms:
+            slots = sorted(self.slots[slot].reflectance.key for slot in term.slots)
+            keys.add((self.emitters[term.emitter].illuminant.key, *slots))
+        return len(keys)
+
+
+def _luminance(illuminant: Spectrum, observer: Observer) -> float:
+    """Integral of illuminant times the observer's y at 1 nm."""
+    y = observer.matching_functions[:, 1]
+    total = float(illuminant.at(observer.wavelengths_nm) @ y)
+    if not total > 0.0:
+        raise InvalidParameterError(f"illuminant '{illuminant.name}' has no luminance for observer {observer.name}")
+    return total

@@ -1,0 +1,213 @@
+"""From hits to geometric coefficients: positions, normals and the dichromatic weights, without any spectrum."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lights import Illumination
+from .reflection.materials import Material
+from .tracing.geometry import Geometry
+from .tracing.hits import Hits
+
+__all__ = ["SurfacePoints", "component_coefficients", "facing", "surface_points"]
+
+_GRAZING_COSINE = 1e-4  # an interpolated normal is turned so that the viewer sees its front by at least this
+
+
+@dataclass(frozen=True, slots=True)
+class SurfacePoints:
+    """N visible points, sorted by material.
+
+    Attributes
+    ----------
+    pixel : ndarray of int64, shape (N,)
+        Flat pixel index of the path that found the point.
+    triangle : ndarray of int64, shape (N,)
+        The triangle.
+    material : ndarray of int64, shape (N,)
+        Material index, increasing.
+    position : ndarray, shape (N, 3)
+        Relative to the geometry's centre (m).
+    normal, geometric_normal, tangent, to_viewer : ndarray, shape (N, 3)
+        Unit vectors; both normals are on the viewer's side.
+    """
+
+    pixel: NDArray[np.int64]
+    triangle: NDArray[np.int64]
+    material: NDArray[np.int64]
+    position: NDArray[np.floating[Any]]
+    normal: NDArray[np.floating[Any]]
+    geometric_normal: NDArray[np.floating[Any]]
+    tangent: NDArray[np.floating[Any]]
+    to_viewer: NDArray[np.floating[Any]]
+
+    def __len__(self) -> int:
+        return len(self.pixel)
+
+    def groups(self) -> list[tuple[int, slice]]:
+        """Find the runs of equal material.
+
+        Returns
+        -------
+        list of (int, slice)
+            Material index and where its points are.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        if not len(self.material):
+            return []
+        starts = np.flatnonzero(np.r_[True, np.diff(self.material) != 0])
+        ends = np.r_[starts[1:], len(self.material)]
+        return [(int(self.material[a]), slice(int(a), int(b))) for a, b in zip(starts, ends, strict=True)]
+
+
+def surface_points(
+    geometry: Geometry,
+    hits: Hits,
+    pixels: NDArray[np.int64],
+    directions: NDArray[np.floating[Any]],
+) -> SurfacePoints:
+    """Points where rays met a surface, with their frames.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The triangles.
+    hits : Hits, N rays
+        Where the rays met them; misses are left out of the result.
+    pixels : ndarray of int64, shape (N,)
+        Flat pixel index of each ray.
+    directions : ndarray, shape (N, 3)
+        Unit directions of the rays; their dtype is that of the result.
+
+    Returns
+    -------
+    SurfacePoints
+        Of the rays that hit, sorted by material, in the order of the rays within a material.
+
+    Raises
+    ------
+    IndexError
+        If a hit names a triangle that is not there.
+
+    References
+    ----------
+    The turning of interpolated normals that face away from the viewer is common practice; it keeps smooth
+    silhouettes from showing black rims where Eq. 8 has no defined value.
+    """
+    found = np.flatnonzero(hits.triangle >= 0)
+    material = geometry.material_index[hits.triangle[found]]
+    found = found[np.argsort(material, kind="stable")]
+    triangle = hits.triangle[found]
+    u, v = hits.u[found], hits.v[found]
+    to_viewer = -directions[found]
+    normal, geometric, tangent = geometry.shading(triangle, u, v)
+    back = np.einsum("ij,ij->i", geometric, to_viewer) < 0
+    geometric = np.where(back[:, None], -geometric, geometric)
+    normal = np.where(back[:, None], -normal, normal)
+    normal = _turn_to_viewer(normal, to_viewer)
+    return SurfacePoints(
+        pixel=pixels[found],
+        triangle=triangle,
+        material=geometry.material_index[triangle],
+        position=geometry.points(triangle, u, v),
+        normal=normal,
+        geometric_normal=geometric,
+        tangent=tangent,
+        to_viewer=to_viewer,
+    )
+
+
+def _turn_to_viewer(
+    normal: NDArray[np.floating[Any]], to_viewer: NDArray[np.floating[Any]]
+) -> NDArray[np.floating[Any]]:
+    cosine = np.einsum("ij,ij->i", normal, to_viewer)
+    averted = np.flatnonzero(cosine < _GRAZING_COSINE)
+    if len(averted):
+        turned = normal[averted] + (_GRAZING_COSINE - cosine[averted])[:, None] * to_viewer[averted]
+        length = np.sqrt(np.einsum("ij,ij->i", turned, turned))
+        # A normal that points straight away from the viewer has no nearest visible neighbour but the view itself.
+        straight = length < _GRAZING_COSINE
+        turned = np.where(straight[:, None], to_viewer[averted], turned / np.where(straight, 1, length)[:, None])
+        normal = normal.copy()
+        normal[averted] = turned
+    return normal
+
+
+def facing(points: SurfacePoints, illumination: Illumination) -> NDArray[np.int64]:
+    """Which points can receive light: those whose surface and shading normal both face it.
+
+    Parameters
+    ----------
+    points : SurfacePoints, N points
+        The points.
+    illumination : Illumination, N points
+        What the light would give them.
+
+    Returns
+    -------
+    ndarray of int64
+        Their indices, increasing.
+
+    Raises
+    ------
+    ValueError
+        From numpy if the lengths differ.
+
+    References
+    ----------
+    Own design.
+    """
+    lit = np.einsum("ij,ij->i", points.normal, illumination.to_light) > 0
+    lit &= np.einsum("ij,ij->i", points.geometric_normal, illumination.to_light) > 0
+    lit &= illumination.irradiance > 0
+    return np.flatnonzero(lit)
+
+
+def component_coefficients(
+    material: Material, points: SurfacePoints, illumination: Illumination, index: NDArray[np.int64]
+) -> NDArray[np.floating[Any]]:
+    """Geometric coefficients of a material's components under one light of unit strength.
+
+    Parameters
+    ----------
+    material : Material
+        The material of all the points at `index`.
+    points : SurfacePoints
+        The points.
+    illumination : Illumination
+        What the light gives to all points.
+    index : ndarray of int64, shape (n,)
+        Which points to evaluate.
+
+    Returns
+    -------
+    ndarray, shape (n, Km)
+        Radiance over (reflectance spectrum x illuminant spectrum), one column a component.
+
+    Raises
+    ------
+    InvalidParameterError
+        If the material's parameters are invalid.
+
+    References
+    ----------
+    Tominaga 1996, Eqs. 3 and 8-10: radiance = radiance factor x irradiance / pi.
+    """
+    coefficients = material.coefficients(
+        points.normal[index], illumination.to_light[index], points.to_viewer[index], points.tangent[index]
+    )
+    scale = illumination.irradiance[index] / points.position.dtype.type(math.pi)
+    result: NDArray[np.floating[Any]] = coefficients * scale[:, None]
+    return result

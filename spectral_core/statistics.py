@@ -1,0 +1,112 @@
+"""What a render did and how long it took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+__all__ = ["RenderStatistics"]
+
+
+@dataclass(slots=True)
+class RenderStatistics:
+    """Counts and times of one render.
+
+    Attributes
+    ----------
+    scene : str
+        Name of the scene.
+    width, height, samples : int
+        Size of the image and rays a pixel.
+    triangles, dropped_triangles : int
+        Triangles that were traced, and those without area that were left out.
+    camera_rays, shadow_rays : int
+        Rays that were followed.
+    terms : int
+        Monomials that occur in the film.
+    film_bytes : int
+        Memory of the film.
+    is_relightable : bool
+        False when the film reached its memory limit and kept plain colour.
+    seconds : dict of str to float
+        Wall-clock time by kind of work.
+    plan : str
+        The plan in words.
+    notes : list of str
+        What the caller should know: approximations, missing data, colours out of gamut.
+    """
+
+    scene: str = ""
+    width: int = 0
+    height: int = 0
+    samples: int = 0
+    triangles: int = 0
+    dropped_triangles: int = 0
+    camera_rays: int = 0
+    shadow_rays: int = 0
+    terms: int = 0
+    film_bytes: int = 0
+    is_relightable: bool = True
+    seconds: dict[str, float] = field(default_factory=dict)
+    plan: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def timed(self, work: str) -> Iterator[None]:
+        """Add the time of a block to `seconds`.
+
+        Parameters
+        ----------
+        work : str
+            The kind of work.
+
+        Returns
+        -------
+        context manager
+            Yields nothing.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[work] = self.seconds.get(work, 0.0) + time.perf_counter() - start
+
+    def describe(self) -> str:
+        """Say in words what was done.
+
+        Returns
+        -------
+        str
+            A few lines.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        parts = ", ".join(f"{work} {seconds:.2f} s" for work, seconds in self.seconds.items() if work != "total")
+        lines = [
+            f"{self.scene}: {self.width} x {self.height}, {self.samples} samples a pixel, "
+            f"{self.triangles:,} triangles, {self.camera_rays:,} camera rays, {self.shadow_rays:,} shadow rays",
+            f"{self.seconds.get('total', 0.0):.2f} s ({parts})",
+            f"film: {self.terms} terms, {self.film_bytes / 2**20:.1f} MiB"
+            + ("" if self.is_relightable else "; the memory limit was reached: plain colour, cannot be relit"),
+        ]
+        if self.dropped_triangles:
+            lines.append(f"{self.dropped_triangles:,} triangles without area were left out")
+        lines.extend(self.plan.splitlines())
+        lines.extend(f"note: {note}" for note in self.notes)
+        return "\n".join(lines)

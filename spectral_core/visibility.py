@@ -1,0 +1,125 @@
+"""Who is seen and who is lit: picks the way to find out, so that nothing above it has to know."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lights import Illumination, Light, SunLight
+from .shading import SurfacePoints
+from .tracing.bvh import Bvh
+from .tracing.camera import Camera
+from .tracing.geometry import Geometry
+from .tracing.hits import Hits, offset_origins
+
+__all__ = ["Visibility"]
+
+
+class Visibility:
+    """Answers the two questions of direct light for one scene and camera.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The triangles.
+    camera : Camera
+        The camera.
+    width, height : int
+        Size of the image in pixels.
+    """
+
+    def __init__(self, geometry: Geometry, camera: Camera, width: int, height: int) -> None:
+        self._geometry = geometry
+        self._camera = camera
+        self._width = width
+        self._height = height
+        seen, casting = geometry.camera_visible, geometry.shadow_visible
+        self._seen = Bvh.build(geometry, None if seen.all() else np.flatnonzero(seen))
+        same = bool((seen == casting).all())
+        self._casting = self._seen if same else Bvh.build(geometry, None if casting.all() else np.flatnonzero(casting))
+
+    def primary(
+        self, first_row: int, end_row: int, offset: NDArray[np.float64]
+    ) -> tuple[Hits, NDArray[np.floating[Any]], NDArray[np.floating[Any]]]:
+        """Find what the camera sees through one sub-pixel position of some rows.
+
+        Parameters
+        ----------
+        first_row, end_row : int
+            The rows; row 0 is the top.
+        offset : ndarray, shape (2,)
+            Position within each pixel (x, y); (0.5, 0.5) is its centre.
+
+        Returns
+        -------
+        hits : Hits
+            One a pixel, row by row.
+        directions : ndarray, shape (N, 3)
+            Unit directions of the rays.
+        depth : ndarray, shape (N,)
+            Distance along the view axis (m); infinite where nothing is met.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        x = np.tile(np.arange(self._width) + offset[0], end_row - first_row)
+        y = np.repeat(np.arange(first_row, end_row) + offset[1], self._width)
+        origins, directions = self._camera.rays(x, y, self._width, self._height)
+        reach = self._camera.reach(directions)
+        dtype = self._geometry.dtype
+        hits = self._seen.closest(self._geometry.recentred(origins), directions.astype(dtype), reach)
+        axis = -self._camera.matrix[:3, 2]
+        depth = hits.distance * (directions @ axis).astype(dtype) + dtype.type(self._camera.clip_start)
+        return hits, directions.astype(dtype), depth
+
+    def unoccluded(
+        self, light: Light, points: SurfacePoints, illumination: Illumination, candidates: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """Find the points that a light reaches without meeting a surface.
+
+        Parameters
+        ----------
+        light : Light
+            The light.
+        points : SurfacePoints
+            All points.
+        illumination : Illumination
+            What the light would give them.
+        candidates : ndarray of int64
+            Indices of the points that face the light, increasing.
+
+        Returns
+        -------
+        ndarray of int64
+            Those of `candidates` that are lit, increasing.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        if not len(candidates):
+            return candidates
+        directions = illumination.to_light[candidates]
+        origins = offset_origins(
+            points.position[candidates], points.geometric_normal[candidates], directions, self._geometry.radius
+        )
+        if isinstance(light, SunLight):
+            limit = None
+        else:
+            # From the lifted origin to the light itself: the ray is as long as what is left.
+            target = self._geometry.recentred(light.position)
+            directions = target - origins
+            limit = np.ones(len(candidates), self._geometry.dtype)
+        blocked = self._casting.occluded(origins, directions, limit, points.triangle[candidates])
+        return candidates[~blocked]
