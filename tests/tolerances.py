@@ -12,6 +12,6 @@ FLOAT64_ROUNDING = 1e-14
 # A few dozen float32 operations in another order: about 2**4 units in the last place, 2**-23 each.
 FLOAT32_ROUNDING = 2e-6
 
-# One step of an 8-bit display: pictures of two Blender versions may differ by float32 rounding in the exported matrices,
+# One step of an 8-bit display: pictures of two Blender versions may differ by float32 rounding in exported matrices,
 # in numpy's SIMD loops and in which side of an edge a sample falls on, but nobody may be able to see it.
 PICTURE_BETWEEN_VERSIONS = 1 / 255

@@ -25,7 +25,7 @@ find_python() {
     if ! "$candidate" -c "import sys; sys.exit(sys.version_info[:2] != tuple(map(int, '$version'.split('.'))))" \
       >/dev/null 2>&1 </dev/null; then continue; fi
     if "$candidate" -c "import venv, ensurepip" >/dev/null 2>&1 </dev/null; then
-      echo "$candidate"
+      "$candidate" -c "import sys; print(sys.executable)" # behind a shim
       return 0
     fi
     without_pip=$candidate
