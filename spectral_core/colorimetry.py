@@ -198,7 +198,9 @@ def _weighted_observer(illuminant: Spectrum, watcher: Observer) -> NDArray[np.fl
     weighted = watcher.matching_functions * (power / peak)[:, None]  # first to a peak of 1: no over- or underflow
     luminance = weighted[:, 1].sum()
     if not luminance > 0.0:
-        raise InvalidParameterError(f"illuminant must emit visible light (Y > 0), but the Y of {label} is {luminance:g}")
+        raise InvalidParameterError(
+            f"illuminant must emit visible light (Y > 0), but the Y of {label} is {luminance:g}"
+        )
     return np.asarray(weighted / luminance)
 
 
@@ -393,7 +395,9 @@ def tristimulus_from_xy(chromaticity: ArrayLike, luminance: ArrayLike = 1.0) -> 
     return np.stack([x * scale, y * scale, (1.0 - x - y) * scale], axis=-1)
 
 
-def chromatic_adaptation(source_white: ArrayLike, target_white: ArrayLike, method: str = "bradford") -> NDArray[np.float64]:
+def chromatic_adaptation(
+    source_white: ArrayLike, target_white: ArrayLike, method: str = "bradford"
+) -> NDArray[np.float64]:
     """Matrix that carries tristimulus values from one white to another.
 
     Parameters

@@ -32,7 +32,7 @@ def _checked_nodes(nodes: ArrayLike) -> NDArray[np.float64]:
 def _stencil(
     x: NDArray[np.float64], targets: NDArray[np.float64], method: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Indices (M, P) of the nodes that a target reads and their weights (M, P), P <= 4."""
+    """Find the nodes (M, P) that each target reads and their weights (M, P), P <= 4."""
     n = x.size
     t = np.clip(targets, x[0], x[-1])
     if n == 1:
@@ -60,9 +60,7 @@ def _stencil(
     return index, weights
 
 
-def interpolate(
-    nodes: ArrayLike, values: ArrayLike, targets: ArrayLike, method: str = "linear"
-) -> NDArray[np.float64]:
+def interpolate(nodes: ArrayLike, values: ArrayLike, targets: ArrayLike, method: str = "linear") -> NDArray[np.float64]:
     """Read a function known at nodes at other places, held constant beyond the ends.
 
     Parameters

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import tables
 from .errors import InvalidParameterError
@@ -66,8 +67,10 @@ def _tabled(group: str) -> tuple[str, ...]:
 
 
 def _unknown(what: str, name: str, known: tuple[str, ...]) -> InvalidParameterError:
-    near = difflib.get_close_matches(str(name), known, n=4, cutoff=0.5) or list(known[:6]) + ["..."]
-    return InvalidParameterError(f"{what} must be one of the library's {len(known)}, but is {name!r}; near: {', '.join(near)}")
+    near = difflib.get_close_matches(str(name), known, n=4, cutoff=0.5) or [*known[:6], "..."]
+    return InvalidParameterError(
+        f"{what} must be one of the library's {len(known)}, but is {name!r}; near: {', '.join(near)}"
+    )
 
 
 @lru_cache(maxsize=1)
@@ -129,7 +132,7 @@ def illuminant(name: str) -> Spectrum:
     return Spectrum(*tables.table(f"illuminant/{name}"), name)
 
 
-def _continued_by_planck(wavelengths: np.ndarray, values: np.ndarray, name: str) -> Spectrum:
+def _continued_by_planck(wavelengths: NDArray[np.float64], values: NDArray[np.float64], name: str) -> Spectrum:
     """Continue an incandescent lamp to 830 nm with the Planckian that fits its long-wave half."""
     fitted = (wavelengths >= 500.0) & (wavelengths <= 690.0)
 

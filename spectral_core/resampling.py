@@ -94,22 +94,21 @@ def resample(spectrum: Spectrum, wavelengths_nm: ArrayLike, *, name: str | None 
     if not spectrum.is_constant:
         below = int(np.count_nonzero(targets < source[0]))
         above = int(np.count_nonzero(targets > source[-1]))
+    first, last = spectrum.values[[0, -1]]
     if below:
         notes.append(
-            f"{label}: data begin at {source[0]:g} nm; from {targets[0]:g} nm the first value {spectrum.values[0]:.6g} is held"
+            f"{label}: data begin at {source[0]:g} nm; from {targets[0]:g} nm on their first value {first:.6g} is held"
         )
     if above:
         notes.append(
-            f"{label}: data end at {source[-1]:g} nm; up to {targets[-1]:g} nm the last value {spectrum.values[-1]:.6g} is held"
+            f"{label}: data end at {source[-1]:g} nm; up to {targets[-1]:g} nm their last value {last:.6g} is held"
         )
-    result = Spectrum(
-        targets, values, spectrum.name if name is None else name, spectrum.interpolation, spectrum.signed
-    )
+    result = Spectrum(targets, values, spectrum.name if name is None else name, spectrum.interpolation, spectrum.signed)
     return Resampling(result, "averages" if averaged else "points", below, above, tuple(notes))
 
 
 def _steps(targets: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The grid's step at each of its points: half the distance between the two neighbours."""
+    """Tell the grid's step at each of its points: half the distance between the two neighbours."""
     if targets.size == 1:
         return np.zeros(1)
     gaps = np.diff(targets)

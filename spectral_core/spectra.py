@@ -26,7 +26,7 @@ REFERENCE_WAVELENGTHS_NM.flags.writeable = False
 PLANCK_SECOND_CONSTANT_NM_K = 1.438776877e7  # h c / k of the 2019 SI, in nm K
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Spectrum:
     """A spectrum: values at strictly increasing wavelengths, held constant beyond the ends.
 
@@ -60,7 +60,9 @@ class Spectrum:
         values = np.array(require_finite(f"values of {label}", self.values), ndmin=1) + 0.0  # -0.0 becomes 0.0
         require_choice(f"interpolation of {label}", self.interpolation, ("linear", "lagrange"))
         if wavelengths.ndim != 1 or wavelengths.size == 0:
-            raise InvalidParameterError(f"wavelengths of {label} must be a list of at least one, not {wavelengths.shape}")
+            raise InvalidParameterError(
+                f"wavelengths of {label} must be a list of at least one, not {wavelengths.shape}"
+            )
         if values.shape != wavelengths.shape:
             raise InvalidParameterError(
                 f"values of {label} must be as many as its wavelengths, {wavelengths.size}, but have the shape "
@@ -154,6 +156,13 @@ class Spectrum:
         Own design.
         """
         return bool(np.all(self.values == self.values[0]))
+
+    def __repr__(self) -> str:
+        label = f"{self.name!r}, " if self.name else ""
+        if self.is_constant:
+            return f"Spectrum({label}constant {self.values[0]:.6g})"
+        first, last = self.wavelengths_nm[[0, -1]]
+        return f"Spectrum({label}{self.values.size} samples, {first:g} to {last:g} nm, {self.interpolation})"
 
     def __eq__(self, other: object) -> bool:
         return self._key == other._key if isinstance(other, Spectrum) else NotImplemented

@@ -77,7 +77,7 @@ SYNTHETIC_REFLECTANCES: dict[str, SyntheticReflectance] = {
     ),
     "plastic yellow": SyntheticReflectance("yellow moulded plastic", 0.045, ((512.0, 11.0, 0.74),)),
     "plastic green": SyntheticReflectance(
-        "phthalocyanine-like green plastic", 0.035, ((760.0, 20.0, 0.20),), ((518.0, 33.0, 0.36),)
+        "green injection-moulded plastic", 0.06, ((740.0, 22.0, 0.20),), ((530.0, 37.0, 0.34),)
     ),
     "plastic orange": SyntheticReflectance("orange moulded plastic", 0.04, ((568.0, 10.0, 0.68),)),
     "plastic white": SyntheticReflectance("white plastic with titanium dioxide", 0.08, ((408.0, 7.0, 0.80),)),
@@ -89,13 +89,13 @@ SYNTHETIC_REFLECTANCES: dict[str, SyntheticReflectance] = {
         "cobalt blue paint, with its rise in the far red", 0.05, ((690.0, 9.0, 0.55),), ((458.0, 38.0, 0.50),)
     ),
     "paint viridian": SyntheticReflectance(
-        "viridian green paint", 0.05, ((745.0, 18.0, 0.30),), ((505.0, 34.0, 0.30), (410.0, 22.0, 0.06))
+        "viridian green paint", 0.07, ((735.0, 18.0, 0.30),), ((512.0, 40.0, 0.27), (410.0, 22.0, 0.05))
     ),
     "paint ochre": SyntheticReflectance(
         "yellow-ochre paint, iron oxide", 0.07, ((553.0, 18.0, 0.40),), ((450.0, 25.0, 0.03), (900.0, 60.0, -0.10))
     ),
     "satin green body": SyntheticReflectance(
-        "body of a green rayon satin", 0.03, ((725.0, 16.0, 0.45),), ((520.0, 34.0, 0.25),)
+        "body of a green rayon satin", 0.04, ((715.0, 16.0, 0.45),), ((527.0, 38.0, 0.24),)
     ),
     "satin green interface": SyntheticReflectance(
         "interface of a green rayon satin: bright and faintly tinted by the dyed fibre",
@@ -118,9 +118,7 @@ SYNTHETIC_REFLECTANCES: dict[str, SyntheticReflectance] = {
     ),
     "cotton white": SyntheticReflectance("bleached cotton", 0.20, ((400.0, 12.0, 0.48), (470.0, 40.0, 0.18))),
     "linen raw": SyntheticReflectance("undyed linen", 0.10, ((420.0, 20.0, 0.16), (560.0, 70.0, 0.36))),
-    "denim indigo": SyntheticReflectance(
-        "indigo-dyed cotton", 0.035, ((715.0, 12.0, 0.40),), ((440.0, 45.0, 0.13),)
-    ),
+    "denim indigo": SyntheticReflectance("indigo-dyed cotton", 0.035, ((715.0, 12.0, 0.40),), ((440.0, 45.0, 0.13),)),
     "felt navy": SyntheticReflectance("navy wool felt", 0.025, ((735.0, 18.0, 0.35),), ((450.0, 40.0, 0.05),)),
     "paper white": SyntheticReflectance(
         "uncoated paper without brightener", 0.12, ((402.0, 11.0, 0.50), (450.0, 35.0, 0.22))
@@ -129,9 +127,7 @@ SYNTHETIC_REFLECTANCES: dict[str, SyntheticReflectance] = {
     "print cyan": SyntheticReflectance(
         "cyan ink on paper", 0.05, ((770.0, 25.0, 0.30),), ((475.0, 48.0, 0.58), (410.0, 20.0, 0.06))
     ),
-    "print magenta": SyntheticReflectance(
-        "magenta ink on paper", 0.05, ((600.0, 8.0, 0.72),), ((435.0, 28.0, 0.33),)
-    ),
+    "print magenta": SyntheticReflectance("magenta ink on paper", 0.05, ((600.0, 8.0, 0.72),), ((435.0, 28.0, 0.33),)),
     "print yellow": SyntheticReflectance("yellow ink on paper", 0.05, ((497.0, 12.0, 0.78),)),
     "wood oak": SyntheticReflectance("planed oak", 0.08, ((460.0, 30.0, 0.14), (590.0, 50.0, 0.32))),
     "terracotta": SyntheticReflectance("unglazed terracotta", 0.08, ((575.0, 16.0, 0.30),), ((760.0, 60.0, 0.06),)),

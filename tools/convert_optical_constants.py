@@ -56,9 +56,7 @@ def main() -> None:
     sources: dict[str, dict[str, object]] = {}
     for name, filename in METALS.items():
         read = read_optical_constants(arguments.folder / filename, name=name)
-        inside = np.flatnonzero(
-            (read.wavelengths_nm >= KEPT_RANGE_NM[0]) & (read.wavelengths_nm <= KEPT_RANGE_NM[1])
-        )
+        inside = np.flatnonzero((read.wavelengths_nm >= KEPT_RANGE_NM[0]) & (read.wavelengths_nm <= KEPT_RANGE_NM[1]))
         # One sample more on each side, so that the ends of the range are interpolated, not held.
         kept = slice(max(inside[0] - 1, 0), inside[-1] + 2)
         array = np.stack([read.wavelengths_nm, read.n, read.k])[:, kept]
