@@ -33,4 +33,4 @@ echo "== Matrix"
 echo "tested: ${tested[*]:-none}; failed: ${failed[*]:-none}; skipped for want of a Python: ${skipped[*]:-none}"
 [ ${#failed[@]} = 0 ] || exit 1
 [ ${#tested[@]} -ge 2 ] || { echo "A matrix needs at least two versions of Blender." >&2; exit 1; }
-"$venv/bin/python" tools/compare_versions.py "$artifacts"
+"$venv/bin/python" -m tools.compare_versions "$artifacts" ${#tested[@]}
