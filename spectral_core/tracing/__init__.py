@@ -1,0 +1,24 @@
+"""Meshes, cameras and rays: who is seen, who is lit. Nothing here knows of spectra."""
+
+from __future__ import annotations
+
+from .bvh import Bvh
+from .camera import Camera
+from .geometry import Geometry
+from .hits import Hits, offset_origins
+from .mesh import Instance, Mesh
+from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, square_points
+
+__all__ = [
+    "PIXEL_FILTERS",
+    "Bvh",
+    "Camera",
+    "Geometry",
+    "Hits",
+    "Instance",
+    "Mesh",
+    "disk_points",
+    "offset_origins",
+    "pixel_offsets",
+    "square_points",
+]
