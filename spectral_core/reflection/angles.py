@@ -344,7 +344,7 @@ def reflection_geometry(normal: Float64, to_light: Float64, to_viewer: Float64) 
     total = normal_light + normal_viewer
     bisector = light + viewer
     tangential = bisector - total * n
-    tangential_squared = tangentialight[0] ** 2 + tangentialight[1] ** 2 + tangentialight[2] ** 2
+    tangential_squared = tangential[0] ** 2 + tangential[1] ** 2 + tangential[2] ** 2
     bisector_squared = tangential_squared + total * total
     exponent: NDArray[np.int32] | None = None
     small = np.flatnonzero((bisector_squared < SMALL_BISECTOR**2) & (normal_light > 0.0) & (normal_viewer > 0.0))

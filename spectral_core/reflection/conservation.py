@@ -36,7 +36,7 @@ TABLE_BLOCK = 64
 
 
 def graded_nodes(low: Float64, high: Float64, left: int, right: int) -> tuple[Float64, Float64]:
-    """Gauss-Legendre nodes and weights (..., P) on [low, high]; the panels halve `left` and `right` times to the ends."""
+    """Gauss-Legendre nodes and weights (..., P) on [low, high]; panels halve `left`, `right` times to the ends."""
     steps = np.concatenate([[0.0], 0.5 ** np.arange(left + 1, 0, -1), 1.0 - 0.5 ** np.arange(2, right + 2), [1.0]])
     width = np.diff(steps)
     unit = (steps[:-1, None] + 0.5 * width[:, None] * (PANEL_POINTS + 1.0)).reshape(-1)
