@@ -4,7 +4,7 @@ A tolerance without a cause hides an error. Where two computations are the same 
 many operations the rounding may have gone through; where they differ by method, it says which and by how much.
 """
 
-__all__ = ["FLOAT32_ROUNDING", "FLOAT64_ROUNDING", "PICTURE_BETWEEN_VERSIONS"]
+__all__ = ["FLOAT32_ROUNDING", "FLOAT64_ROUNDING", "PICTURE_BETWEEN_VERSIONS", "TIED_DISTANCE"]
 
 # A few dozen float64 operations in another order: about 2**5 units in the last place, 2**-52 each.
 FLOAT64_ROUNDING = 1e-14
@@ -15,3 +15,14 @@ FLOAT32_ROUNDING = 2e-6
 # One step of an 8-bit display: pictures of two Blender versions may differ by float32 rounding in exported matrices,
 # in numpy's SIMD loops and in which side of an edge a sample falls on, but nobody may be able to see it.
 PICTURE_BETWEEN_VERSIONS = 1 / 255
+
+# float32 distances to the same point along a ray, by two formulas: coordinates of scene size are rounded a few times,
+# by 2**-24 each. To be multiplied by the triangle's slenderness and divided by the cosine of incidence.
+TIED_DISTANCE = 1e-6
+
+# The film in float64 against Eqs. 8-13 as printed, summed over 471 wavelengths: arccos loses 1e-8 rad near the lobe's
+# peak, the metal's mean reflectance is read from a table that is exact to 1e-9, and lines meet edges alike.
+FILM_AGAINST_BRUTE_FORCE = 1e-6
+
+# Part of the pixels whose single float32 ray falls on the other side of an edge or a shadow's border.
+PIXELS_THAT_ROUND_ACROSS_AN_EDGE = 1e-3

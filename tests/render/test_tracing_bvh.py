@@ -1,0 +1,178 @@
+"""The tree against every triangle in turn; closed meshes that must not leak; surfaces that must not see themselves."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from spectral_core.tracing import Bvh, Geometry, Instance, Mesh, offset_origins
+from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, soup
+from tests.tolerances import TIED_DISTANCE
+
+LEAK_PLACES = [(1e-3, 0.0), (1.0, 0.0), (1e4, 0.0), (1e-3, 1e4), (1.0, 1e4), (1e4, 1e4)]
+
+
+def assert_same_hits(geometry, hits, origins, directions, own=None):
+    """Every ray meets the triangle that brute force finds, or one at the same distance."""
+    expected, _ = brute_force(geometry, origins, directions, own)
+    np.testing.assert_array_equal(hits.hit, expected.hit)
+    hit = np.flatnonzero(expected.hit)
+    allowed = np.zeros(len(hit))
+    for triangle in (hits.triangle[hit], expected.triangle[hit]):
+        cosine = np.abs(np.einsum("ij,ij->i", geometry.geometric_normals[triangle], directions[hit]))
+        allowed = np.maximum(allowed, TIED_DISTANCE * slenderness(geometry)[triangle] / cosine)
+    assert np.all(np.abs(hits.distance[hit] - expected.distance[hit]) <= allowed * (1.0 + expected.distance[hit]))
+    same = np.flatnonzero(hits.triangle[hit] == expected.triangle[hit])
+    number = hit[same]
+    for found, right in ((hits.u, expected.u), (hits.v, expected.v)):
+        assert np.all(np.abs(found[number] - right[number]) <= 100.0 * allowed[same])  # in a triangle a tenth as large
+
+
+def slenderness(geometry):
+    """Square of the longest edge over the area: 2.3 for an equilateral triangle, large for a needle."""
+    corners = geometry.corners.astype(np.float64)
+    edges = corners - np.roll(corners, 1, axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return np.sum(edges * edges, axis=2).max(axis=1) / area
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**31), st.sampled_from([1, 2, 5, 9, 60, 300]), st.sampled_from([np.float32, np.float64]))
+def test_soup_equals_brute_force(seed, count, dtype):
+    rng = np.random.default_rng(seed)
+    geometry = geometry_of(*soup(rng, count), dtype=dtype)
+    bvh = Bvh.build(geometry)
+    origins = (rng.normal(size=(400, 3))).astype(dtype)
+    directions = random_directions(rng, 400).astype(dtype)
+    directions[:40] = np.eye(3, dtype=dtype)[rng.integers(0, 3, 40)]  # along the axes
+    expected, clear = brute_force(geometry, origins, directions)
+    sure = clear > 1e-4  # closer to a border float32 and float64 may rightly disagree on a lone triangle
+    origins, directions = origins[sure], directions[sure]
+    assert_same_hits(geometry, bvh.closest(origins, directions), origins, directions)
+    limit = 0.7
+    decided = np.abs(expected.distance[sure] - limit) > 1e-4
+    np.testing.assert_array_equal(
+        bvh.occluded(origins, directions, limit)[decided], (expected.distance[sure] < limit)[decided]
+    )
+
+
+def test_left_out_triangle_and_end_of_ray():
+    rng = np.random.default_rng(5)
+    geometry = geometry_of(*soup(rng, 200))
+    bvh = Bvh.build(geometry)
+    origins, directions = rng.normal(size=(2000, 3)).astype(np.float32), random_directions(rng, 2000).astype(np.float32)
+    first = bvh.closest(origins, directions)
+    assert 100 < first.hit.sum() < 1900
+    _, clear = brute_force(geometry, origins, directions)
+    sure = (clear > 1e-4) & first.hit
+    without = bvh.closest(origins[sure], directions[sure], own=first.triangle[sure])
+    assert not np.any(without.triangle == first.triangle[sure])
+    _, clear = brute_force(geometry, origins[sure], directions[sure], own=first.triangle[sure])
+    again = np.flatnonzero(sure)[clear > 1e-4]
+    without = bvh.closest(origins[again], directions[again], own=first.triangle[again])
+    assert_same_hits(geometry, without, origins[again], directions[again], own=first.triangle[again])
+    short = bvh.closest(origins, directions, t_max=0.999 * first.distance)
+    assert not np.any(short.hit)
+    assert not np.any(bvh.occluded(origins, directions, 0.999 * first.distance))
+    assert np.array_equal(bvh.occluded(origins, directions, 1.001 * first.distance), first.hit)
+
+
+def test_ties_give_the_lower_number():
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
+    geometry = geometry_of(vertices, np.array([(0, 1, 2)] * 37))
+    hits = Bvh.build(geometry).closest(np.array([(-0.2, -0.2, 1.0)]), np.array([(0.0, 0.0, -1.0)]))
+    assert hits.triangle.tolist() == [0]
+
+
+def test_no_triangles_and_no_rays():
+    empty = Geometry.from_instances([])
+    bvh = Bvh.build(empty)
+    hits = bvh.closest(np.zeros((3, 3)), np.ones((3, 3)))
+    assert hits.triangle.tolist() == [-1, -1, -1]
+    assert np.isinf(hits.distance).all()
+    assert not bvh.occluded(np.zeros((3, 3)), np.ones((3, 3))).any()
+    full = Bvh.build(geometry_of(*icosphere(0)))
+    assert len(full.closest(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
+    assert full.occluded(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)
+
+
+def test_some_triangles_only():
+    geometry = geometry_of(*icosphere(2))
+    upper = np.flatnonzero(geometry.corners[:, :, 2].min(axis=1) > 0)
+    hits = Bvh.build(geometry, upper).closest(np.zeros((2, 3)), np.array([(0.1, 0.05, 1.0), (0.1, 0.05, -1.0)]))
+    assert hits.triangle[0] in upper
+    assert hits.triangle[1] == -1
+
+
+def test_directions_need_no_unit_length_and_far_origins_are_exact():
+    rng = np.random.default_rng(3)
+    geometry = geometry_of(*icosphere(3))
+    bvh = Bvh.build(geometry)
+    targets = random_directions(rng, 1000) * rng.random((1000, 1)) * 0.9
+    near = bvh.closest(targets - 2.0, np.full((1000, 3), 1.0))
+    far = bvh.closest(targets - 1e6, np.full((1000, 3), 1e3))
+    assert near.hit.all()
+    assert np.mean(near.triangle != far.triangle) < 0.002  # origins rounded apart, at shared edges only
+    np.testing.assert_allclose(far.distance, (near.distance - 2.0 + 1e6) / 1e3, rtol=1e-6)
+
+
+def test_wrong_shapes_are_refused():
+    bvh = Bvh.build(geometry_of(*icosphere(0)))
+    with pytest.raises(ValueError, match=r"must be \(N, 3\)"):
+        bvh.closest(np.zeros((3, 2)), np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize(("scale", "shift"), LEAK_PLACES)
+def test_closed_sphere_seen_from_inside_never_leaks(scale, shift):
+    count = 1_000_000
+    rng = np.random.default_rng(11)
+    geometry = geometry_of(*icosphere(4), scale, shift)
+    bvh = Bvh.build(geometry)
+    origins = random_directions(rng, count) * rng.random((count, 1)) * 0.9 * scale
+    targets = random_directions(rng, count) * scale
+    corners = geometry.corners[rng.integers(0, geometry.triangle_count, count // 2)].astype(np.float64)
+    weight = rng.random((count // 4, 1))
+    targets[: count // 4] = corners[: count // 4, 0]  # at vertices
+    along_edges = weight * corners[count // 4 :, 0] + (1 - weight) * corners[count // 4 :, 1]
+    targets[count // 4 : count // 2] = along_edges
+    directions = targets - origins
+    hits = bvh.closest(origins, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+    assert np.count_nonzero(~hits.hit) == 0
+
+
+@pytest.mark.parametrize(("scale", "shift"), LEAK_PLACES)
+def test_surfaces_do_not_see_themselves(scale, shift):
+    """Seen from outside, a convex body neither mirrors nor shadows itself."""
+    rng = np.random.default_rng(12)
+    geometry = geometry_of(*icosphere(4), scale, shift)
+    bvh = Bvh.build(geometry)
+    count = 100_000
+    triangle = rng.integers(0, geometry.triangle_count, count)
+    u, v = rng.random(count), rng.random(count)
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    u[: count // 4] = 0.0  # on edges, shared with a neighbour
+    points = geometry.points(triangle, u, v)
+    _, outward, _ = geometry.shading(triangle, u, v)
+    leaving = random_directions(rng, count)
+    cosine = np.einsum("ij,ij->i", leaving, outward)
+    leaving = (leaving - (cosine - np.abs(cosine))[:, None] * outward).astype(np.float32)  # to the outside
+    origins = offset_origins(points, outward, leaving, geometry.radius)
+    assert np.count_nonzero(bvh.closest(origins, leaving, own=triangle).hit) == 0
+    assert np.count_nonzero(bvh.occluded(origins, leaving, own=triangle)) == 0
+
+
+def test_mesh_far_finer_than_its_scene_does_not_leak():
+    """Triangles a thousandth of the scene wide, beside one that makes the scene large."""
+    vertices, triangles = icosphere(4)
+    small = Mesh(vertices * 0.02, triangles)
+    large = Mesh(np.array([(-50.0, -50, -30), (50, -50, -30), (0, 50, -30)]), np.array([(0, 1, 2)]))
+    place = np.eye(4)
+    place[:3, 3] = (40.0, 30.0, 20.0)
+    geometry = Geometry.from_instances([Instance(small, place), Instance(large)])
+    bvh = Bvh.build(geometry)
+    rng = np.random.default_rng(2)
+    corners = geometry.corners[rng.integers(0, len(triangles), 200_000)]
+    origins = np.broadcast_to(geometry.recentred(place[:3, 3]), (len(corners), 3))
+    hits = bvh.closest(origins, corners[:, 0] - origins)
+    assert np.all(hits.triangle < len(triangles))
+    assert np.all(hits.hit)
