@@ -6,6 +6,46 @@ holds coefficients, the spectra are integrated once per scene, and a lamp or a p
 
 from __future__ import annotations
 
+from .colorimetry import chromatic_adaptation, delta_e_2000, lab, observer, wavelength_grid, white_point
+from .errors import DichromaticError
+from .library import illuminant, metal_names, optical_constants, reflectance
+from .lights import PointLight, SpotLight, SunLight
+from .reflection.materials import TypeI, TypeII, TypeIII
+from .renderer import Render, render
+from .scene import RenderSettings, Scene, World
+from .spectra import Spectrum, blackbody, daylight
+from .tracing import Camera, Instance, Mesh
+
 __version__ = "0.1.0"
 
-__all__ = ["__version__"]
+__all__ = [
+    "Camera",
+    "DichromaticError",
+    "Instance",
+    "Mesh",
+    "PointLight",
+    "Render",
+    "RenderSettings",
+    "Scene",
+    "Spectrum",
+    "SpotLight",
+    "SunLight",
+    "TypeI",
+    "TypeII",
+    "TypeIII",
+    "World",
+    "__version__",
+    "blackbody",
+    "chromatic_adaptation",
+    "daylight",
+    "delta_e_2000",
+    "illuminant",
+    "lab",
+    "metal_names",
+    "observer",
+    "optical_constants",
+    "reflectance",
+    "render",
+    "wavelength_grid",
+    "white_point",
+]

@@ -1,0 +1,157 @@
+"""The slow oracle: every pixel, every triangle, every nanometre, with the paper's formulas as they are printed.
+
+It shares no code with the renderer but the data classes that describe the scene. Angles come from arccos, the metal's
+mean reflectance from the complex Fresnel equations, colour from a plain sum over 471 wavelengths. All in float64.
+"""
+
+import numpy as np
+
+from spectral_core.colorimetry import observer
+from spectral_core.lights import PointLight, SpotLight, SunLight
+from spectral_core.reflection.materials import TypeI, TypeII, TypeIII
+
+WAVELENGTHS = np.arange(360.0, 831.0)
+
+
+def _angle(a, b):
+    return np.arccos(np.clip(a @ b, -1.0, 1.0))
+
+
+def _lobe(kind, n, rho):
+    if kind == "cosine":
+        return max(np.cos(rho), 0.0) ** n
+    return np.exp(-n * abs(rho)) if kind == "exponential" else np.exp(-n * rho**2)
+
+
+def _complex_fresnel(cosine, n, k):
+    """Unpolarised reflectance from complex amplitudes (Born & Wolf)."""
+    index = n + 1j * k
+    inner = np.sqrt(1.0 - (1.0 - cosine**2) / index**2)
+    rs = (cosine - index * inner) / (cosine + index * inner)
+    rp = (index * cosine - inner) / (index * cosine + inner)
+    return 0.5 * (abs(rs) ** 2 + abs(rp) ** 2)
+
+
+def _radiance_factor(material, constants, normal, to_light, to_viewer):
+    """Eqs. 8, 9 and 10 with 11, 12, 13, at 1 nm."""
+    phi = _angle(normal, to_light)
+    if isinstance(material, TypeI | TypeII):
+        mirrored = 2.0 * (normal @ to_light) * normal - to_light
+        lobe = _lobe(material.attenuation, material.n, _angle(mirrored, to_viewer))
+        interface = material.interface_reflectance
+        interface = interface if np.isscalar(interface) else interface.at(WAVELENGTHS)
+        return lobe * interface + np.cos(phi) * material.body_reflectance.at(WAVELENGTHS)
+    assert isinstance(material, TypeIII)
+    half = to_light + to_viewer
+    half /= np.linalg.norm(half)
+    alpha = _angle(normal, half)
+    d = np.exp(-np.log(2.0) * alpha**2 / material.beta**2)
+    nh, nv, nl, vh = normal @ half, normal @ to_viewer, normal @ to_light, to_viewer @ half
+    g = min(1.0, 2.0 * nh * nv / vh, 2.0 * nh * nl / vh)
+    band = np.arange(400.0, 701.0, 5.0)
+    n, k = (np.interp(band, constants.wavelengths_nm, values) for values in (constants.n, constants.k))
+    mean_here, mean_normal = _complex_fresnel(vh, n, k).mean(), _complex_fresnel(1.0, n, k).mean()
+    weight = (1.0 - mean_here) / (1.0 - mean_normal)
+    spectrum = weight * material.normal_reflectance.at(WAVELENGTHS) + (mean_here - mean_normal) / (1.0 - mean_normal)
+    return d * g / nv * spectrum
+
+
+def _world_triangles(scene):
+    corners, normals, materials = [], [], []
+    for instance in scene.instances:
+        mesh, matrix = instance.mesh, instance.matrix
+        vertices = mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        own = vertices[mesh.triangles]
+        flat = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
+        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        if mesh.corner_normals is None:
+            corner = np.repeat(flat[:, None], 3, axis=1)
+        else:
+            corner = mesh.corner_normals @ np.linalg.inv(matrix[:3, :3])
+            corner /= np.linalg.norm(corner, axis=2, keepdims=True)
+        corners.append(own)
+        normals.append(corner)
+        index = np.zeros(len(own), int) if mesh.material_index is None else mesh.material_index
+        materials.append(index)
+    return np.concatenate(corners), np.concatenate(normals), np.concatenate(materials)
+
+
+def _meet(corners, origin, direction):
+    """Moeller-Trumbore against all triangles: distances (infinite for misses) and barycentrics."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = np.cross(direction, e2)
+    det = np.einsum("ij,ij->i", e1, p)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = origin - corners[:, 0]
+        u = np.einsum("ij,ij->i", s, p) / det
+        q = np.cross(s, e1)
+        v = (q @ direction) / det
+        t = np.einsum("ij,ij->i", e2, q) / det
+        inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-9)
+    return np.where(inside, t, np.inf), u, v
+
+
+def _light(light, point):
+    if isinstance(light, SunLight):
+        return light.to_light, np.inf, light.strength
+    offset = light.position - point
+    distance = np.linalg.norm(offset)
+    to_light = offset / distance
+    irradiance = light.strength / (4.0 * np.pi * distance**2)
+    if isinstance(light, SpotLight):
+        edge = np.cos(light.spot_size / 2.0)
+        x = np.clip((-(to_light @ light.direction) - edge) / ((1.0 - edge) * light.blend), 0.0, 1.0)
+        irradiance *= x * x * (3.0 - 2.0 * x)
+    else:
+        assert isinstance(light, PointLight)
+    return to_light, distance, irradiance
+
+
+def image(scene, width, height, observer_name, offsets, constants=None):
+    """XYZ (height, width, 3) and, per pixel, whether any sample came close to an edge of a triangle or a shadow."""
+    functions = observer(observer_name).matching_functions
+    lamps = []
+    for lamp in [*scene.lights, scene.world]:
+        power = lamp.illuminant.at(WAVELENGTHS)
+        lamps.append(power / (power @ functions[:, 1]))
+    corners, normals, materials = _world_triangles(scene)
+    picture = np.zeros((height, width, 3))
+    for row in range(height):
+        for column in range(width):
+            for dx, dy in offsets:
+                origins, directions = scene.camera.rays([column + dx], [row + dy], width, height)
+                spectrum = _sample(scene, corners, normals, materials, origins[0], directions[0], lamps, constants)
+                picture[row, column] += spectrum @ functions / len(offsets)
+    return picture
+
+
+def _sample(scene, corners, normals, materials, origin, direction, lamps, constants):
+    distance, u, v = _meet(corners, origin, direction)
+    nearest = int(np.argmin(distance))
+    if not np.isfinite(distance[nearest]):
+        return scene.world.strength * lamps[-1]
+    weights = np.array([1.0 - u[nearest] - v[nearest], u[nearest], v[nearest]])
+    point, normal = weights @ corners[nearest], weights @ normals[nearest]
+    normal /= np.linalg.norm(normal)
+    a, b, c = corners[nearest]
+    flat = np.cross(b - a, c - a)
+    flat /= np.linalg.norm(flat)
+    to_viewer = -direction
+    if flat @ to_viewer < 0:
+        flat, normal = -flat, -normal
+    if normal @ to_viewer < 1e-4:
+        normal = normal + (1e-4 - normal @ to_viewer) * to_viewer
+        normal /= np.linalg.norm(normal)
+    total = np.zeros(len(WAVELENGTHS))
+    for light, lamp in zip(scene.lights, lamps, strict=False):
+        to_light, reach, irradiance = _light(light, point)
+        if normal @ to_light <= 0 or flat @ to_light <= 0 or irradiance <= 0:
+            continue
+        others = np.delete(corners, nearest, axis=0)
+        blocked, _, _ = _meet(others, point + 1e-12 * flat, to_light)
+        if blocked.min() < reach:
+            continue
+        material = scene.materials[materials[nearest]]
+        factor = _radiance_factor(material, constants, normal, to_light, to_viewer)
+        total += factor * irradiance / np.pi * lamp
+    return total

@@ -1,0 +1,173 @@
+"""The film: merging of samples, relighting, the memory limit, progress and cancel."""
+
+import numpy as np
+import pytest
+
+from spectral_core.colorimetry import observer, wavelength_grid
+from spectral_core.errors import InvalidParameterError, RenderCancelledError, SceneError
+from spectral_core.film import FilmBuilder
+from spectral_core.library import illuminant
+from spectral_core.lights import PointLight
+from spectral_core.renderer import render
+from spectral_core.scene import RenderSettings, Scene, World
+from spectral_core.scene_spectra import SceneSpectra, Term
+from spectral_core.spectra import Spectrum
+from tests.render.render_scenes import RED, ball, look_at, placed, still_life, three_types
+from tests.tolerances import FLOAT32_ROUNDING, FLOAT64_ROUNDING
+
+SMALL = {"width": 48, "height": 32, "samples": 3}
+
+
+def test_merging_is_the_mean_over_samples_whatever_the_order():
+    rng = np.random.default_rng(0)
+    spectra = SceneSpectra.from_scene(still_life())
+    terms = (Term(0, (1,)), Term(1, (0,)))
+    builder = FilmBuilder(5, 4, 7, np.float64, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    pixels = rng.integers(10, 20, 300)
+    values = rng.random((300, 2))
+    builder.deposit(terms, pixels[:100], values[:100])
+    builder.deposit(terms, pixels[100:], values[100:])
+    builder.end_band(2, 4)
+    block = builder.finish().blocks[0]
+    expected = np.zeros((20, 2))
+    np.add.at(expected, pixels, values / 7)
+    np.testing.assert_allclose(block.coefficients, expected[block.pixels], rtol=FLOAT64_ROUNDING)
+    assert np.array_equal(block.pixels, np.unique(pixels))
+
+
+def test_a_coefficient_that_is_not_finite_is_refused_with_its_pixel():
+    spectra = SceneSpectra.from_scene(still_life())
+    builder = FilmBuilder(5, 4, 1, np.float64, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    with pytest.raises(InvalidParameterError, match=r"pixel \(3, 1\) is not finite"):
+        builder.deposit((Term(0),), np.array([8]), np.array([[np.nan]]))
+
+
+@pytest.mark.parametrize("band_samples", [1, 48, 200, 10**6])
+def test_the_size_of_the_bands_changes_nothing(band_samples):
+    scene = still_life()
+    whole = render(scene, RenderSettings(**SMALL))
+    banded = render(scene, RenderSettings(**SMALL, band_samples=band_samples))
+    assert np.array_equal(whole.tristimulus(), banded.tristimulus())
+    assert np.array_equal(whole.depth, banded.depth)
+
+
+def test_bands_as_they_finish_make_up_the_image():
+    bands = []
+    result = render(still_life(), RenderSettings(**SMALL, band_samples=200), on_band=bands.append)
+    assert len(bands) == 8
+    image = result.tristimulus()
+    for band in bands:
+        rows = slice(band.first_row, band.first_row + len(band.tristimulus))
+        assert np.array_equal(image[rows], band.tristimulus)
+        assert np.array_equal(result.alpha[rows], band.coverage)
+
+
+def test_relighting_equals_a_fresh_render():
+    scene = still_life()
+    settings = RenderSettings(**SMALL, precision="float64")
+    first = render(scene, settings)
+    spectra = first.spectra.with_light("key", illuminant=illuminant("FL11"), strength=300.0)
+    spectra = spectra.with_reflectance("plastic", "body", RED)
+    relit = first.relit(spectra).tristimulus()
+    plastic, *others = three_types()
+    changed = type(plastic)(RED, plastic.interface_reflectance, plastic.attenuation, plastic.n)
+    key = scene.lights[0]
+    lights = [PointLight(key.position, 300.0, illuminant("FL11"), "key"), *scene.lights[1:]]
+    fresh = render(
+        Scene(scene.instances, [changed, *others], lights, scene.camera, scene.world, scene.material_names), settings
+    ).tristimulus()
+    np.testing.assert_allclose(relit, fresh, rtol=FLOAT64_ROUNDING)
+    assert np.abs(relit - first.tristimulus()).max() > 0.01
+
+
+def test_relighting_names_what_it_does_not_know():
+    spectra = SceneSpectra.from_scene(still_life())
+    with pytest.raises(InvalidParameterError, match=r"no light is named 'Key'; the scene has 'key', 'sun'"):
+        spectra.with_light("Key", strength=1.0)
+    with pytest.raises(InvalidParameterError, match="no material 'wood' has a body reflectance"):
+        spectra.with_reflectance("wood", "body", RED)
+
+
+def test_beyond_the_memory_limit_the_film_keeps_plain_colour():
+    scene = still_life()
+    kept = render(scene, RenderSettings(**SMALL))
+    fixed = render(scene, RenderSettings(**SMALL, film_bytes=10_000, band_samples=200))
+    assert not fixed.statistics.is_relightable
+    assert fixed.film.nbytes < kept.film.nbytes
+    np.testing.assert_allclose(fixed.tristimulus(), kept.tristimulus(), rtol=FLOAT32_ROUNDING, atol=1e-6)
+    with pytest.raises(InvalidParameterError, match="memory limit"):
+        fixed.relit(fixed.spectra)
+
+
+def test_equal_seeds_give_equal_images_and_others_do_not():
+    scene = still_life()
+    one, same, other = (render(scene, RenderSettings(**SMALL, seed=s)).tristimulus() for s in (5, 5, 6))
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+
+
+def test_pixel_spectrum_integrates_to_the_pixels_colour():
+    result = render(still_life(), RenderSettings(**SMALL, precision="float64"))
+    sees = observer("cie_1931_2")
+    terms, radiance = result.film.spectrum_at(20, 16, result.spectra, sees.wavelengths_nm, sees)
+    assert len(terms) == len(radiance) > 1
+    np.testing.assert_allclose(
+        radiance.sum(axis=0) @ sees.matching_functions, result.tristimulus()[16, 20], rtol=FLOAT64_ROUNDING
+    )
+
+
+def test_cancel_between_bands_stops_the_render():
+    calls = []
+
+    def cancel():
+        calls.append(1)
+        return len(calls) > 4
+
+    with pytest.raises(RenderCancelledError):
+        render(still_life(), RenderSettings(**SMALL, band_samples=48), cancel=cancel)
+    assert len(calls) == 5
+
+
+def test_progress_goes_from_zero_to_one():
+    seen = []
+    render(still_life(), RenderSettings(**SMALL, band_samples=300), progress=lambda f, m: seen.append((f, m)))
+    fractions = [f for f, _ in seen]
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0.0
+    assert seen[-1] == (1.0, "done")
+
+
+def test_a_scene_without_a_camera_is_refused():
+    with pytest.raises(SceneError, match="scene 'Scene' has no camera"):
+        render(Scene())
+
+
+def test_an_empty_scene_shows_its_world():
+    camera = look_at((0, -3, 1), (0, 0, 0), 0.5, 0.5)
+    world = World(illuminant("D65"), 0.5)
+    result = render(Scene(camera=camera, world=world), RenderSettings(3, 2))
+    image = result.tristimulus()
+    np.testing.assert_allclose(image[..., 1], 0.5, rtol=FLOAT32_ROUNDING)
+    assert result.alpha.max() == 0.0
+    assert np.isinf(result.depth).all()
+    black = render(Scene(camera=camera), RenderSettings(1, 1)).tristimulus()
+    assert np.array_equal(black, np.zeros((1, 1, 3)))
+
+
+def test_a_lamp_without_luminance_is_refused_before_any_ray():
+    dark = Spectrum(np.array([1000.0, 1100.0]), np.array([0.0, 0.0]), name="off")
+    scene = Scene(
+        [placed(ball(1))],
+        three_types()[:1],
+        [PointLight((1, 1, 1), 1.0, dark, "lamp")],
+        look_at((0, -3, 0), (0, 0, 0), 0.4, 0.4),
+    )
+    with pytest.raises(InvalidParameterError, match="off"):
+        render(scene, RenderSettings(4, 4))
+
+
+def test_equal_spectra_are_integrated_once():
+    scene = still_life(("D65", "D65", "D65"))
+    plan = render(scene, RenderSettings(4, 4)).statistics.plan
+    # 3 lights x (2 + 2 + 2 components) terms and the world; one lamp spectrum leaves 6 products and the world's
+    assert plan.startswith("19 terms (spectra multiplied along a path), 7 distinct products integrated")
