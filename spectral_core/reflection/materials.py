@@ -53,6 +53,10 @@ class Material(Protocol):
     def needs_tangent(self) -> bool:
         """Whether `coefficients` needs tangents."""
 
+    @property
+    def mirror(self) -> float:
+        """How strongly the surface mirrors the scene, 0 to 1."""
+
     def coefficients(
         self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
     ) -> NDArray[Any]:
@@ -166,6 +170,9 @@ class TypeI:
         Sharpness of the highlight, 0 to 1e8.
     energy_conserving : bool
         False (default): the paper's formula exactly. True: the form of docs/energy.md.
+    mirror : float
+        Reflectance, at the strongest wavelength of S_I, with which the interface mirrors the scene, 0 to 1. 0
+        (default): the paper's formula exactly.
     """
 
     body_reflectance: Spectrum
@@ -173,9 +180,11 @@ class TypeI:
     attenuation: str = "cosine"
     n: float = 11.0
     energy_conserving: bool = False
+    mirror: float = 0.0
     _albedo: InterfaceAlbedo | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
         level = float(require_in_range("interface_reflectance", self.interface_reflectance, 0.0, 1.0e6))
         object.__setattr__(self, "interface_reflectance", level)
         require_choice("attenuation", self.attenuation, ATTENUATIONS)
@@ -322,6 +331,9 @@ class TypeII:
         Sharpness of the highlight, 0 to 1e8.
     energy_conserving : bool
         False (default): the paper's formula exactly. True: the form of docs/energy.md.
+    mirror : float
+        Reflectance, at the strongest wavelength of S_I, with which the interface mirrors the scene, 0 to 1. 0
+        (default): the paper's formula exactly.
     """
 
     body_reflectance: Spectrum
@@ -329,9 +341,11 @@ class TypeII:
     attenuation: str = "exponential"
     n: float = 10.0
     energy_conserving: bool = False
+    mirror: float = 0.0
     _albedo: InterfaceAlbedo | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
         require_choice("attenuation", self.attenuation, ATTENUATIONS)
         object.__setattr__(self, "n", float(require_in_range("n", self.n, 0.0, MAX_EXPONENT)))
         object.__setattr__(self, "_albedo", _conserving(self, float(self.interface_reflectance.values.max())))
@@ -479,6 +493,9 @@ class TypeIII:
         Which incidence Eq. 13 is taken at. "The spectral reflectance of the surface microfacets" is the facet's.
     energy_conserving : bool
         False (default): the paper's formula exactly. True: the form of docs/energy.md; beta then is at least 1e-6.
+    mirror : float
+        Share of Eq. 13's reflectance with which the surface mirrors the scene, 0 to 1. 0 (default): the paper's
+        formula exactly.
     """
 
     normal_reflectance: Spectrum
@@ -487,9 +504,11 @@ class TypeIII:
     beta_across: float | None = None
     incidence: str = "facet"
     energy_conserving: bool = False
+    mirror: float = 0.0
     _scale: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
         require_in_range("normal_reflectance", self.normal_reflectance.values, 0.0, 1.0)
         if not isinstance(self.mean_reflectance, MeanReflectance):
             raise InvalidParameterError(f"mean_reflectance must be a MeanReflectance, but is {self.mean_reflectance!r}")
@@ -510,6 +529,7 @@ class TypeIII:
         beta_across: float | None = None,
         incidence: str = "facet",
         energy_conserving: bool = False,
+        mirror: float = 0.0,
     ) -> TypeIII:
         """Make a metal from its refractive index and extinction coefficient.
 
@@ -518,7 +538,7 @@ class TypeIII:
         constants : OpticalConstants
             n and k over wavelength. S_I is the Fresnel reflectance at normal incidence at every wavelength of the
             table and every 5 nm between 380 and 780 nm; Sa(phi) is the mean over 400 to 700 nm at 5 nm.
-        beta, beta_across, incidence, energy_conserving
+        beta, beta_across, incidence, energy_conserving, mirror
             As for the class.
 
         Returns
@@ -540,7 +560,7 @@ class TypeIII:
         n, k = constants.at(wavelengths)
         reflectance = Spectrum(wavelengths, fresnel_conductor(1.0, n, k), constants.name)
         mean = OpticalMeanReflectance(*constants.at(MEAN_BAND_NM))
-        return cls(reflectance, mean, beta, beta_across, incidence, energy_conserving)
+        return cls(reflectance, mean, beta, beta_across, incidence, energy_conserving, mirror)
 
     @classmethod
     def from_normal_reflectance(
@@ -551,6 +571,7 @@ class TypeIII:
         beta_across: float | None = None,
         incidence: str = "facet",
         energy_conserving: bool = False,
+        mirror: float = 0.0,
     ) -> TypeIII:
         """Make a metal of which only the reflectance at normal incidence is known; Schlick's law gives Sa(phi).
 
@@ -558,7 +579,7 @@ class TypeIII:
         ----------
         normal_reflectance : Spectrum
             S_I, 0 to 1. Sa(0) is its mean over 400 to 700 nm at 5 nm.
-        beta, beta_across, incidence, energy_conserving
+        beta, beta_across, incidence, energy_conserving, mirror
             As for the class.
 
         Returns
@@ -577,7 +598,7 @@ class TypeIII:
         """
         require_in_range("normal_reflectance", normal_reflectance.values, 0.0, 1.0)
         mean = SchlickMeanReflectance(float(np.clip(normal_reflectance.at(MEAN_BAND_NM).mean(), 0.0, 1.0)))
-        return cls(normal_reflectance, mean, beta, beta_across, incidence, energy_conserving)
+        return cls(normal_reflectance, mean, beta, beta_across, incidence, energy_conserving, mirror)
 
     @property
     def reflectances(self) -> tuple[Spectrum, ...]:
