@@ -12,8 +12,8 @@ import json
 import sys
 from pathlib import Path
 
+import bpy  # isort: skip  (it puts Blender's own modules on the path)
 import addon_utils
-import bpy
 import numpy as np
 
 MODULE = "bl_ext.user_default.dichromatic"
@@ -47,7 +47,11 @@ def registered() -> dict[str, list[str]]:
     return {
         "types": sorted(dir(bpy.types)),
         "operators": sorted(name for name in dir(bpy.ops) if "dichromatic" in name),
-        "engines": sorted(cls.bl_idname for cls in bpy.types.RenderEngine.__subclasses__() if cls.is_registered),
+        "engines": sorted(
+            getattr(cls, "bl_idname", cls.__name__)
+            for cls in bpy.types.RenderEngine.__subclasses__()
+            if getattr(cls, "is_registered", False)
+        ),
         "properties": sorted(
             f"{name}.{known.identifier}" for name in OWNERS for known in getattr(bpy.types, name).bl_rna.properties
         ),
