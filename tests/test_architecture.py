@@ -23,8 +23,8 @@ ADDON = ROOT / "dichromatic_addon"
 STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"errors"}),
     frozenset({"validation", "tables", "interpolation", "image_io"}),
-    frozenset({"spectra", "resampling", "spectrum_files"}),
-    frozenset({"colorimetry", "display", "rgb_uplift", "library", "optical_constants", "synthetic_reflectances"}),
+    frozenset({"spectra", "resampling", "optical_constants", "spectrum_files"}),
+    frozenset({"colorimetry", "display", "rgb_uplift", "library", "display_files", "synthetic_reflectances"}),
     frozenset({"reflection", "tracing"}),
     frozenset({"lights", "scene_spectra", "scene", "fitting"}),
     frozenset({"plan", "shading", "film", "visibility", "statistics"}),

@@ -25,13 +25,56 @@ class Sample:
 
 
 def fail(path: Path, line: int | None, reason: str) -> SpectrumFileError:
-    """Make the error that names the file, the line and the reason."""
+    """Make the error that names the file, the line and the reason.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int or None
+        The line, from 1; None when the whole file is meant.
+    reason : str
+        What is wrong.
+
+    Returns
+    -------
+    SpectrumFileError
+        To be raised.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
     where = path.name if line is None else f"{path.name} line {line}"
     return SpectrumFileError(f"{where}: {reason}")
 
 
 def read_text(path: Path) -> str:
-    """Read a text file as UTF-8 (with or without mark), or as Latin-1 where that fails."""
+    """Read a text file as UTF-8 (with or without mark), or as Latin-1 where that fails.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        Its text.
+
+    Raises
+    ------
+    SpectrumFileError
+        If the file cannot be read, is longer than 64 MiB, or is not text.
+
+    References
+    ----------
+    Own design.
+    """
     try:
         size = path.stat().st_size
         if size > _LARGEST_FILE:
@@ -50,7 +93,37 @@ def read_text(path: Path) -> str:
 
 
 def number(path: Path, line: int, token: str, what: str, *, comma: bool = False, factor: str = "1") -> float:
-    """Parse a finite number; scaling in decimal keeps 0.57 um exactly 570 nm."""
+    """Parse a finite number; scaling in decimal keeps 0.57 um exactly 570 nm.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    line : int
+        The line, for the error.
+    token : str
+        The number as it stands.
+    what : str
+        What the number is, for the error.
+    comma : bool
+        Whether the decimal mark is a comma.
+    factor : str
+        A decimal number by which to multiply.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    SpectrumFileError
+        If the token is empty, no number, or not finite.
+
+    References
+    ----------
+    Own design.
+    """
     text = token.strip().strip('"')
     try:
         value = float(Decimal(text.replace(",", ".") if comma else text) * Decimal(factor))
@@ -66,6 +139,27 @@ def ordered(path: Path, samples: list[Sample]) -> list[Sample]:
     """Return the samples with rising wavelengths, or raise where their order breaks.
 
     A file that runs from long to short waves throughout, as scanning instruments write it, is turned around.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the error.
+    samples : list of Sample
+        In file order.
+
+    Returns
+    -------
+    list of Sample
+        In rising order.
+
+    Raises
+    ------
+    SpectrumFileError
+        If a wavelength is not positive, or breaks the order; with the line's number.
+
+    References
+    ----------
+    Own design.
     """
     for sample in samples:
         if sample.wavelength_nm <= 0.0:
@@ -104,5 +198,24 @@ _FACTORS = {
 
 
 def wavelength_factor(unit: str) -> str | None:
-    """Tell the decimal factor from a unit of length to nm, or None where it is none."""
+    """Tell the decimal factor from a unit of length to nm.
+
+    Parameters
+    ----------
+    unit : str
+        "nm", "um", "micrometers", "angstrom" and the like, in any case.
+
+    Returns
+    -------
+    str or None
+        The factor as a decimal number, or None where the word is no unit that is known.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
     return _FACTORS.get(unit.strip().lower())
