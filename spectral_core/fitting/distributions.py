@@ -65,9 +65,7 @@ def regularised_incomplete_beta(a: float, b: float, x: float) -> float:
     require_in_range("x", x, 0.0, 1.0)
     if x in (0.0, 1.0):
         return float(x)
-    front = math.exp(
-        math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
-    )
+    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x))
     if x < (a + 1.0) / (a + b + 2.0):
         return min(1.0, front * _continued_fraction(a, b, x) / a)
     return max(0.0, 1.0 - front * _continued_fraction(b, a, 1.0 - x) / b)

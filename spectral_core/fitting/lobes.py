@@ -43,9 +43,7 @@ class BodyAndLobe:
         Held at this value; None fits it.
     """
 
-    def __init__(
-        self, measurements: Measurements, kind: str, constant_interface: bool, n: float | None = None
-    ) -> None:
+    def __init__(self, measurements: Measurements, kind: str, constant_interface: bool, n: float | None = None) -> None:
         geometry = measurements.require_geometry("fitting the attenuation f")
         self.kind = require_choice("attenuation", kind, ATTENUATIONS)
         self.constant_interface = constant_interface
@@ -56,13 +54,41 @@ class BodyAndLobe:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Ends of ln n."""
+        """Ends of ln n.
+
+        Returns
+        -------
+        tuple of ndarray (P,)
+            Low and high; empty when n is held.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         if self.n is not None:
             return np.zeros(0), np.zeros(0)
         return np.log(_EXPONENTS[:1]), np.log(_EXPONENTS[1:])
 
     def candidates(self) -> Array:
-        """Starting values of ln n, (K, P)."""
+        """List starting values of ln n.
+
+        Returns
+        -------
+        ndarray (K, P)
+            A grid; one empty row when n is held.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         return np.zeros((1, 0)) if self.n is not None else np.log(np.geomspace(0.2, 1.0e5, 30))[:, None]
 
     def __call__(self, p: Array) -> ModelTerms:
@@ -79,23 +105,22 @@ class BodyAndLobe:
         if self.constant_interface:
             body_slope = np.zeros((slope.shape[0], lobe.size, 1))
             return ModelTerms(self._body[:, None], body_slope, flat=lobe, flat_slopes=slope)
-        return ModelTerms(
-            np.stack([lobe, self._body], axis=1), np.stack([slope, np.zeros_like(slope)], axis=2)
-        )
+        return ModelTerms(np.stack([lobe, self._body], axis=1), np.stack([slope, np.zeros_like(slope)], axis=2))
 
 
 class MetalLobe:
     """Type III: D G / (N.V) times the reflectance of Eq. 13, up to a common scale of the measurement.
 
     The unknown spectrum is scale * S_I, the flat term scale * 1. The weight t = (Sa(phi) - Sa(0)) / (1 - Sa(0)) is
-    given, or one unknown for each incidence but the smallest.
+    given, or one unknown for each incidence but the smallest, where it is 0 (a measured table is held from there down
+    to normal incidence).
 
     Parameters
     ----------
     measurements : Measurements
         With geometry.
     weight : ndarray (M,) or None
-        t at each geometry; None fits it at each distinct incidence, from Schlick's at the smallest.
+        t at each geometry; None fits it at each distinct incidence.
     anisotropic : bool
         Two half-value angles, along and across the grain.
     beta : tuple of float, optional
@@ -144,18 +169,60 @@ class MetalLobe:
 
     @property
     def table_size(self) -> int:
-        """Number of unknown weights t."""
+        """Number of unknown weights t.
+
+        Returns
+        -------
+        int
+            0 when the weights are given.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         return 0 if self._weight is not None else self.knots.size - 1
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Ends of ln beta (and ln beta across), then of the weights."""
+        """Ends of ln beta (and ln beta across), then of the weights.
+
+        Returns
+        -------
+        tuple of ndarray (P,)
+            Low and high.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         low = [np.log(_HALF_VALUES[0])] * self._angles + [-20.0] * self.table_size
         high = [np.log(_HALF_VALUES[1])] * self._angles + [1.0] * self.table_size
         return np.array(low), np.array(high)
 
     def candidates(self) -> Array:
-        """Starting values (K, P)."""
+        """List starting values.
+
+        Returns
+        -------
+        ndarray (K, P)
+            A grid in ln beta; the weights begin at Schlick's law.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         steps = np.log(np.radians(np.geomspace(0.3, 75.0, 24 if self._angles == 1 else 12)))
         grid = np.stack(np.meshgrid(*[steps] * self._angles, indexing="ij"), axis=-1).reshape(-1, self._angles)
         if self._angles == 0:
@@ -164,15 +231,53 @@ class MetalLobe:
         return np.concatenate([grid, table], axis=1)
 
     def half_values(self, p: Array) -> tuple[float, float]:
-        """Half-value angles along and across the grain at some p."""
+        """Tell the half-value angles along and across the grain.
+
+        Parameters
+        ----------
+        p : ndarray (P,)
+            Parameters.
+
+        Returns
+        -------
+        tuple of float
+            Radians.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Tominaga 1996, Eq. 11.
+        """
         if self.beta is not None:
             return self.beta
         beta = np.exp(p[: self._angles])
         return float(beta[0]), float(beta[-1])
 
     def weights(self, p: Array) -> Array:
-        """t at each knot (table) at some p."""
-        return np.concatenate([self._schlick[:1], p[self._angles :]])
+        """Tell the weights t of a fitted table.
+
+        Parameters
+        ----------
+        p : ndarray (P,)
+            Parameters.
+
+        Returns
+        -------
+        ndarray (K,)
+            t at each of `knots`.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Tominaga 1996, Eq. 13.
+        """
+        return np.concatenate([[0.0], p[self._angles :]])
 
     def __call__(self, p: Array) -> ModelTerms:
         """Evaluate the columns and their derivatives."""
@@ -299,9 +404,7 @@ class LobeFit:
     residuals: tuple[tuple[str, float], ...]
 
 
-def fit_lobe(
-    measurements: Measurements, kinds: Iterable[str] = ATTENUATIONS, confidence: float = 0.95
-) -> LobeFit:
+def fit_lobe(measurements: Measurements, kinds: Iterable[str] = ATTENUATIONS, confidence: float = 0.95) -> LobeFit:
     """Find f's kind and n from the angle-resolved averages of the spectra.
 
     Parameters

@@ -131,7 +131,9 @@ def _read_wide(source: _Source, reference: str | None, name: str) -> Measurement
             raise source.fail(line.number, "a line must hold a key or wavelength and at least one column")
         count = count or len(line.cells) - 1
         if len(line.cells) - 1 != count:
-            raise source.fail(line.number, f"there must be {count} columns of data, but there are {len(line.cells) - 1}")
+            raise source.fail(
+                line.number, f"there must be {count} columns of data, but there are {len(line.cells) - 1}"
+            )
         if key in _ANGLES:
             if key in angles:
                 raise source.fail(line.number, f"{key} is stated twice")
@@ -165,7 +167,9 @@ def _read_long(source: _Source, reference: str | None, name: str) -> Measurement
             reference = reference or _reference(source, line)
     heading, *body = lines
     keys = [_key(cell) for cell in heading.cells]
-    unknown = [cell for cell, key in zip(heading.cells, keys, strict=True) if key not in ("wavelength", "value", *_ANGLES)]
+    unknown = [
+        cell for cell, key in zip(heading.cells, keys, strict=True) if key not in ("wavelength", "value", *_ANGLES)
+    ]
     if unknown:
         raise source.fail(heading.number, f"the heading has an unknown column {unknown[0]!r}")
     for key in ("wavelength", "incidence", "viewing", "value"):

@@ -148,7 +148,7 @@ class MeasurementGeometry:
         return np.tile(np.array([0.0, 0.0, 1.0]), (self.count, 1))
 
     def to_light(self) -> NDArray[np.float64]:
-        """Unit vectors towards the light.
+        """Give unit vectors towards the light.
 
         Returns
         -------
@@ -166,7 +166,7 @@ class MeasurementGeometry:
         return np.stack([-np.sin(self.incidence), np.zeros(self.count), np.cos(self.incidence)], axis=1)
 
     def mirror(self) -> NDArray[np.float64]:
-        """Unit vectors of the mirror direction.
+        """Give unit vectors of the mirror direction.
 
         Returns
         -------
@@ -184,7 +184,7 @@ class MeasurementGeometry:
         return self.to_light() * np.array([-1.0, 1.0, 1.0])
 
     def to_viewer(self) -> NDArray[np.float64]:
-        """Unit vectors towards the viewer.
+        """Give unit vectors towards the viewer.
 
         Returns
         -------
@@ -204,7 +204,7 @@ class MeasurementGeometry:
         return np.stack([s * np.cos(self.azimuth), s * np.sin(self.azimuth), np.cos(self.viewing)], axis=1)
 
     def tangent(self) -> NDArray[np.float64]:
-        """Unit vectors along the grain of the sample.
+        """Give unit vectors along the grain of the sample.
 
         Returns
         -------
@@ -298,7 +298,8 @@ class Measurements:
         if np.any(np.diff(wavelengths) <= 0.0):
             at = int(np.flatnonzero(np.diff(wavelengths) <= 0.0)[0])
             raise InvalidParameterError(
-                f"wavelengths of {label} must increase strictly: {wavelengths[at + 1]:g} nm follows {wavelengths[at]:g} nm"
+                f"wavelengths of {label} must increase strictly: {wavelengths[at + 1]:g} nm follows "
+                f"{wavelengths[at]:g} nm"
             )
         if values.ndim != 2 or values.shape[1] != wavelengths.size:
             raise InvalidParameterError(

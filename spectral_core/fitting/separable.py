@@ -98,7 +98,21 @@ class LinearBasis:
 
     @property
     def level_is_determined(self) -> bool:
-        """Whether the data tell the flat term from the free spectra."""
+        """Whether the data tell the flat term from the free spectra.
+
+        Returns
+        -------
+        bool
+            False too when the model has no flat term.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         return self._flat is not None
 
     def _back(self, right: Array) -> Array:
@@ -114,7 +128,30 @@ class LinearBasis:
         return solution
 
     def solve(self, data: Array) -> tuple[Array, Array, Array]:
-        """Fit data (..., M, W): spectra (..., F, W), level (...) and the weighted residuals (..., M, W)."""
+        """Fit the linear part to data.
+
+        Parameters
+        ----------
+        data : ndarray (..., M, W)
+            Values; leading axes are fitted one by one.
+
+        Returns
+        -------
+        spectra : ndarray (..., F, W)
+            The free spectra; 0 where a column is absent.
+        level : ndarray (...)
+            Number of the flat term; 0 without one.
+        residual : ndarray (..., M, W)
+            Weighted residuals.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Golub and Van Loan, Matrix Computations, 5.2 (modified Gram-Schmidt).
+        """
         weighted = data * self._root
         shares = np.einsum("fmw,...mw->...fw", self._columns, weighted)
         residual = weighted - np.einsum("fmw,...fw->...mw", self._columns, shares)
@@ -127,14 +164,43 @@ class LinearBasis:
         return self._back(shares), level, residual
 
     def leverage(self) -> Array:
-        """Share (M, W) of each value's noise that the linear part takes up, 0 to 1."""
+        """Tell the share of each value's noise that the linear part takes up.
+
+        Returns
+        -------
+        ndarray (M, W)
+            0 to 1.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Seber and Lee, Linear Regression Analysis, 10.2 (hat matrix).
+        """
         taken = np.sum(self._columns**2, axis=0)
         return np.asarray(taken if self._flat is None else taken + self._flat**2)
 
     def covariance(self) -> tuple[Array, Array, float]:
-        """Unit-variance covariance of the linear part at fixed p.
+        """Tell the covariance of the linear part at fixed p, for values of unit weight and variance.
 
-        Returns the variances of the spectra (F, W), their covariances with the level (F, W), the variance of the level.
+        Returns
+        -------
+        variance : ndarray (F, W)
+            Of the spectra.
+        with_level : ndarray (F, W)
+            Covariance of each with the level.
+        level_variance : float
+            Of the level; 0 without one.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Seber and Lee, Linear Regression Analysis, 3.2.
         """
         count = self._columns.shape[0]
         variance = np.zeros(self._triangle.shape[1:])
@@ -203,8 +269,13 @@ def _linearise(terms: ModelTerms, data: Array, root: Array) -> tuple[LinearBasis
     if terms.fixed_slopes is not None:
         change = change + terms.fixed_slopes[:, :, None]
     drift, level_drift, jacobian = basis.solve(change)
-    return basis, spectra, float(level), residual, -jacobian, np.concatenate(
-        [-drift.reshape(drift.shape[0], -1), -level_drift[:, None]], axis=1
+    return (
+        basis,
+        spectra,
+        float(level),
+        residual,
+        -jacobian,
+        np.concatenate([-drift.reshape(drift.shape[0], -1), -level_drift[:, None]], axis=1),
     )
 
 
@@ -215,10 +286,31 @@ def _cost(model: Callable[[Array], ModelTerms], p: Array, data: Array, root: Arr
     return float(np.sum(residual * residual))
 
 
-def grid_start(
-    model: Callable[[Array], ModelTerms], candidates: Array, data: Array, root_weights: Array
-) -> Array:
-    """The candidate (K, P) with the smallest cost, so that the search begins in the right valley."""
+def grid_start(model: Callable[[Array], ModelTerms], candidates: Array, data: Array, root_weights: Array) -> Array:
+    """Choose the candidate with the smallest cost, so that the search begins in the right valley.
+
+    Parameters
+    ----------
+    model : callable
+        Gives :class:`ModelTerms` for p (P,).
+    candidates : ndarray (K, P)
+        Points to try.
+    data, root_weights : ndarray (M, W)
+        Values, and one over their standard deviations.
+
+    Returns
+    -------
+    ndarray (P,)
+        The best candidate.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
     costs = [_cost(model, candidate, data, root_weights) for candidate in candidates]
     return np.array(candidates[int(np.argmin(costs))])
 
@@ -231,9 +323,34 @@ def fit_separable(
     root_weights: Array,
     iterations: int = 100,
 ) -> SeparableFit:
-    """Levenberg and Marquardt's search over p, with the linear part eliminated at every step.
+    """Search p by Levenberg and Marquardt's method, with the linear part eliminated at every step.
 
-    Raises FittingError when there are fewer values than unknowns.
+    Parameters
+    ----------
+    model : callable
+        Gives :class:`ModelTerms` for p (P,).
+    start : ndarray (P,)
+        Where to begin.
+    bounds : tuple of ndarray (P,)
+        Ends of p.
+    data, root_weights : ndarray (M, W)
+        Values, and one over their standard deviations.
+    iterations : int
+        Most steps.
+
+    Returns
+    -------
+    SeparableFit
+        The solution.
+
+    Raises
+    ------
+    FittingError
+        If there are no more values than unknowns.
+
+    References
+    ----------
+    Golub and Pereyra (1973), SIAM J. Numer. Anal. 10, 413; Kaufman (1975), BIT 15, 49.
     """
     p = np.clip(np.asarray(start, dtype=np.float64), *bounds)
     basis, spectra, level, residual, jacobian, drift = _linearise(model(p), data, root_weights)

@@ -1,8 +1,8 @@
 """Noise of the measured values, as the residuals show it, and intervals for what was fitted.
 
-The standard deviation of a value is taken as ``proportional * sqrt(model^2 + knee^2)``: in proportion to the value where
-that is large, even where it is small. Both numbers come from the residuals by maximum likelihood, so that nobody has
-to know beforehand which kind of noise an instrument has.
+The standard deviation of a value is taken as ``proportional * sqrt(model^2 + knee^2)``: in proportion to the value
+where that is large, even where it is small. Both numbers come from the residuals by maximum likelihood, so that nobody
+has to know beforehand which kind of noise an instrument has.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ class Interval:
         require_finite(f"{self.name} of the estimate", self.value)
         if not self.low <= self.value <= self.high:
             raise InvalidParameterError(
-                f"interval of {self.name} must hold its value {self.value:g}, but runs from {self.low:g} to {self.high:g}"
+                f"interval of {self.name} must hold its value {self.value:g}, but runs from {self.low:g} to "
+                f"{self.high:g}"
             )
 
     def describe(self) -> str:
@@ -107,7 +108,7 @@ class NoiseEstimate:
     log_likelihood: float
 
     def deviation(self, model: Array) -> Array:
-        """Standard deviation of values.
+        """Tell the standard deviation of values.
 
         Parameters
         ----------
