@@ -24,9 +24,7 @@ STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"errors"}),
     frozenset({"validation", "tables", "interpolation", "image_io"}),
     frozenset({"spectra", "resampling", "optical_constants", "spectrum_files"}),
-    frozenset(
-        {"colorimetry", "display", "display_files", "rgb_uplift", "library", "display_files", "synthetic_reflectances"}
-    ),
+    frozenset({"colorimetry", "display", "display_files", "rgb_uplift", "library", "synthetic_reflectances"}),
     frozenset({"reflection", "tracing"}),
     frozenset({"lights", "scene_spectra", "scene", "fitting"}),
     frozenset({"plan", "shading", "film", "visibility", "paths", "statistics"}),
@@ -35,19 +33,7 @@ STOREYS: tuple[frozenset[str], ...] = (
 )
 
 # tracing knows meshes and rays, never a spectrum; reflection knows vectors and spectra, never a mesh.
-STRANGERS = {
-    "tracing": {
-        "spectra",
-        "resampling",
-        "spectrum_files",
-        "colorimetry",
-        "display",
-        "rgb_uplift",
-        "library",
-        "reflection",
-    },
-    "reflection": {"tracing"},
-}
+STRANGERS = {"tracing": frozenset().union(*STOREYS[2:4], {"reflection"}), "reflection": frozenset({"tracing"})}
 
 ADDON_MAY_IMPORT = frozenset(
     {"bpy", "bpy_extras", "bl_ui", "gpu", "gpu_extras", "mathutils", "nodeitems_utils", "numpy"}
