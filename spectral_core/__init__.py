@@ -6,6 +6,7 @@ holds coefficients, the spectra are integrated once per scene, and a lamp or a p
 
 from __future__ import annotations
 
+from . import fitting
 from .colorimetry import chromatic_adaptation, delta_e_2000, lab, observer, wavelength_grid, white_point
 from .errors import DichromaticError
 from .library import illuminant, metal_names, optical_constants, reflectance
@@ -39,6 +40,7 @@ __all__ = [
     "chromatic_adaptation",
     "daylight",
     "delta_e_2000",
+    "fitting",
     "illuminant",
     "lab",
     "metal_names",

@@ -31,6 +31,7 @@ CONSTANT_TOLERANCE = 0.02
 
 _SIGNAL_TO_NOISE = 10.0  # weaker spectra have no shape to test once they are normalised
 _SIGNIFICANCE = 0.9999
+_NOISE_MARGIN = 3.0  # noise is known from the few values of each curve, so its share of a rest is known to a factor
 
 
 def normalised(measurements: Measurements) -> Array:
@@ -195,7 +196,9 @@ def spectral_tests(measurements: Measurements) -> SpectralTests:
     freedom = (count - 2) * max(width - 2, 1)
     budget = float(np.sum(pattern * (1.0 - leverage))) * max(width - 2, 1)
     level = rest / budget if budget > 0.0 else 0.0
-    mixing = left[:, :2] @ (shares / np.maximum(sizes[:2], 1.0e-12 * sizes[0]))
+    # Noise lengthens the singular values; without it the weaker one would be shorter and its direction less certain.
+    powers = np.maximum(sizes[:2] ** 2 - level * float(pattern.mean()) * width, 0.1 * sizes[:2] ** 2)
+    mixing = left[:, :2] @ (shares * sizes[:2] / np.maximum(powers, 1.0e-24 * sizes[0] ** 2))
     critical = f_quantile(_SIGNIFICANCE, max(width - 2, 1), freedom)
     allowance = level * float(np.sum(pattern * mixing**2)) * max(width - 2, 1) * critical
     index, normal_rest, from_normal = _normal_test(measurements, used, curves, noise)
@@ -208,7 +211,7 @@ def spectral_tests(measurements: Measurements) -> SpectralTests:
         1.0 - rest / total,
         expected_rest / total,
         one_dimensional,
-        1.0 - rest / total >= TWO_COMPONENT_SHARE or rest <= 1.5 * expected_rest,
+        1.0 - rest / total >= TWO_COMPONENT_SHARE or rest <= _NOISE_MARGIN * expected_rest,
         float(np.sqrt(outside / max(1.0 - outside, 1.0e-12))),
         float(np.sqrt(allowance / max(1.0 - allowance, 1.0e-12))),
         line / length if length > 0.0 else line,
@@ -239,7 +242,7 @@ def _normal_test(
     gain = (curves @ across) / length if length > 1.0e-12 else np.zeros(curves.shape[0])
     by_noise = float(np.sum(noise + gain**2 * noise[chosen])) * curves.shape[1] / curves.shape[0]
     index = int(np.flatnonzero(used)[chosen])
-    return index, share, share <= max(1.0 - TWO_COMPONENT_SHARE, 2.0 * by_noise)
+    return index, share, share <= max(1.0 - TWO_COMPONENT_SHARE, _NOISE_MARGIN * by_noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
