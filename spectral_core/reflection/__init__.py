@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .angles import angle_between, mirror_direction
 from .attenuation import ATTENUATIONS, attenuation, attenuation_at_angle
+from .energy import AngularResponse, directional_albedo, energy_warnings, furnace_response
 from .fresnel import (
     absorptance,
     cook_torrance_estimate,
@@ -31,6 +32,7 @@ from .microfacet import (
 
 __all__ = [
     "ATTENUATIONS",
+    "AngularResponse",
     "INCIDENCES",
     "MEAN_BAND_NM",
     "Material",
@@ -48,10 +50,13 @@ __all__ = [
     "attenuation_over_cosine",
     "cook_torrance_estimate",
     "dichromatic_estimate",
+    "directional_albedo",
     "elliptic_facet_distribution",
+    "energy_warnings",
     "facet_distribution",
     "fresnel_conductor",
     "fresnel_dielectric",
+    "furnace_response",
     "geometrical_attenuation",
     "hall_absorbing_estimate",
     "hall_linear_estimate",

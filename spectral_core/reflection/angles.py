@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
+from ..validation import require_in_range
 
 __all__ = ["ReflectionGeometry", "angle_between", "chord_squared", "mirror_direction", "reflection_geometry"]
 
@@ -29,6 +30,7 @@ Float64 = NDArray[np.float64]
 
 BLOCK_ROWS = 8192  # about twenty float64 columns of this length fit a 2 MB second-level cache
 UNIT_TOLERANCE = 1.0e-3  # on |v|^2; float32 normalisation leaves 1e-7, so anything beyond is a caller's mistake
+ANGLE_SLACK = 1.0e-6  # rad; pi/2 in float32 lies 4e-8 beyond pi/2
 SMALL_BISECTOR = 1.0e-140  # below this |L + V|^2 would leave the normal range of float64
 
 
@@ -36,6 +38,11 @@ def floating_type(*arrays: NDArray[Any]) -> np.dtype[Any]:
     """Type of the result for these inputs: float32 if all are at most that precise, else float64."""
     kind = np.result_type(*arrays)
     return np.dtype(np.float32) if kind in (np.float32, np.float16) else np.dtype(np.float64)
+
+
+def within(name: str, angle: ArrayLike, low: float, high: float) -> Float64:
+    """Return angles in float64, or raise; those that a shorter type has rounded out of the range are put back."""
+    return np.clip(require_in_range(name, angle, low - ANGLE_SLACK, high + ANGLE_SLACK, unit="rad"), low, high)
 
 
 def vectors(name: str, value: ArrayLike) -> NDArray[Any]:
@@ -66,6 +73,15 @@ def unit_components(name: str, block: NDArray[Any]) -> Float64:
     return components
 
 
+def unit_float64(array: NDArray[Any]) -> Float64:
+    """Vectors (..., 3) in float64; those of a shorter type lose what rounding left of their length."""
+    wide = array.astype(np.float64, copy=False)
+    if wide is array:
+        return wide
+    length = np.sqrt(np.einsum("...i,...i->...", wide, wide))[..., None]
+    return wide / np.where(length > 0.0, length, 1.0)
+
+
 def angle_between(first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
     """Angle between unit vectors.
 
@@ -93,7 +109,7 @@ def angle_between(first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
     """
     a, b = vectors("first", first), vectors("second", second)
     kind = floating_type(a, b)
-    a, b = a.astype(np.float64, copy=False), b.astype(np.float64, copy=False)
+    a, b = unit_float64(a), unit_float64(b)
     difference, total = a - b, a + b
     # hypot, not a sum of squares: components may be so small that their squares vanish.
     apart = np.hypot(np.hypot(difference[..., 0], difference[..., 1]), difference[..., 2])
@@ -125,10 +141,9 @@ def mirror_direction(normal: ArrayLike, direction: ArrayLike) -> NDArray[Any]:
     """
     n, d = vectors("normal", normal), vectors("direction", direction)
     kind = floating_type(n, d)
-    n, d = n.astype(np.float64, copy=False), d.astype(np.float64, copy=False)
+    n, d = unit_float64(n), unit_float64(d)
     cosine = np.sum(n * d, axis=-1, keepdims=True)
-    length = np.sum(n * n, axis=-1, keepdims=True)  # a float32 normal is a unit vector only to 1e-7
-    return np.asarray(2.0 * (cosine / length) * n - d, dtype=kind)
+    return np.asarray(2.0 * cosine * n - d, dtype=kind)
 
 
 def chord_squared(first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
@@ -154,7 +169,7 @@ def chord_squared(first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
     Own design.
     """
     a, b = vectors("first", first), vectors("second", second)
-    difference = a.astype(np.float64, copy=False) - b.astype(np.float64, copy=False)
+    difference = unit_float64(a) - unit_float64(b)
     return np.asarray(np.einsum("...i,...i->...", difference, difference))
 
 

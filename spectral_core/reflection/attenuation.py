@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..validation import require_choice, require_in_range
-from .angles import ReflectionGeometry, chord_squared, floating_type, vectors
+from .angles import ReflectionGeometry, chord_squared, floating_type, vectors, within
 
 __all__ = ["ATTENUATIONS", "MAX_EXPONENT", "attenuation", "attenuation_at_angle", "attenuation_of_geometry"]
 
@@ -96,7 +96,7 @@ def attenuation_at_angle(kind: str, n: float, rho: ArrayLike) -> NDArray[Any]:
     """
     require_choice("attenuation", kind, ATTENUATIONS)
     n = float(require_in_range("n", n, 0.0, MAX_EXPONENT))
-    angle = np.abs(require_in_range("rho", rho, -np.pi, np.pi, unit="rad"))
+    angle = np.abs(within("rho", rho, -np.pi, np.pi))
     if kind == "cosine":
         return _cosine_power(n, 2.0 * np.square(np.sin(0.5 * angle)))
     return np.asarray(np.exp(-n * angle if kind == "exponential" else -n * np.square(angle)))
@@ -135,5 +135,4 @@ def attenuation(kind: str, n: float, mirror: ArrayLike, to_viewer: ArrayLike) ->
     apart = chord_squared(r, v)
     if kind == "cosine":
         return _cosine_power(n, 0.5 * apart).astype(result_type)
-    r, v = r.astype(np.float64, copy=False), v.astype(np.float64, copy=False)
     return _of_lengths(kind, n, apart, chord_squared(r, -v)).astype(result_type)

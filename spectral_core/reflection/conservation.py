@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..validation import require_choice, require_in_range
+from .angles import within
 from .attenuation import ATTENUATIONS, MAX_EXPONENT, attenuation_at_angle
 from .uniform_table import UniformTable
 
@@ -29,23 +30,26 @@ def gauss_legendre(count: int) -> tuple[Float64, Float64]:
     return points, weights
 
 
-PANEL_POINTS, PANEL_WEIGHTS = gauss_legendre(10)
+PANEL_POINTS = 10
 SHARPEST = 40  # halvings of the first panel: 2**-40 rad is far inside the sharpest lobe, 1e-8 rad
 TABLE_INTERVALS = 512
 TABLE_BLOCK = 64
 
 
-def graded_nodes(low: Float64, high: Float64, left: int, right: int) -> tuple[Float64, Float64]:
+def graded_nodes(
+    low: Float64, high: Float64, left: int, right: int, points: int = PANEL_POINTS
+) -> tuple[Float64, Float64]:
     """Gauss-Legendre nodes and weights (..., P) on [low, high]; panels halve `left`, `right` times to the ends."""
     steps = np.concatenate([[0.0], 0.5 ** np.arange(left + 1, 0, -1), 1.0 - 0.5 ** np.arange(2, right + 2), [1.0]])
     width = np.diff(steps)
-    unit = (steps[:-1, None] + 0.5 * width[:, None] * (PANEL_POINTS + 1.0)).reshape(-1)
-    weight = (0.5 * width[:, None] * PANEL_WEIGHTS).reshape(-1)
+    nodes, weights = gauss_legendre(points)
+    unit = (steps[:-1, None] + 0.5 * width[:, None] * (nodes + 1.0)).reshape(-1)
+    weight = (0.5 * width[:, None] * weights).reshape(-1)
     span = (high - low)[..., None]
     return low[..., None] + span * unit, span * weight
 
 
-def mirror_nodes(incidence: Float64) -> tuple[Float64, Float64]:
+def mirror_nodes(incidence: Float64, points: int = PANEL_POINTS) -> tuple[Float64, Float64]:
     """Nodes and weights (A, P) in rho for lobes about the mirror direction of a light at `incidence` (A,).
 
     The integrand has corners where the circle of radius rho touches the horizon (pi/2 - incidence and
@@ -54,9 +58,9 @@ def mirror_nodes(incidence: Float64) -> tuple[Float64, Float64]:
     touch = np.pi / 2 - incidence
     zero, right_angle, end = np.zeros_like(incidence), np.full_like(incidence, np.pi / 2), np.pi / 2 + incidence
     parts = [
-        graded_nodes(zero, touch, SHARPEST, 8),
-        graded_nodes(touch, right_angle, SHARPEST, 24),
-        graded_nodes(right_angle, end, 12, 12),
+        graded_nodes(zero, touch, SHARPEST, 8, points),
+        graded_nodes(touch, right_angle, SHARPEST, 24, points),
+        graded_nodes(right_angle, end, 12, 12, points),
     ]
     return np.concatenate([p[0] for p in parts], axis=-1), np.concatenate([p[1] for p in parts], axis=-1)
 
@@ -96,7 +100,7 @@ def interface_lobe_albedo(kind: str, n: float, incidence: ArrayLike) -> Float64:
     """
     require_choice("attenuation", kind, ATTENUATIONS)
     n = float(require_in_range("n", n, 0.0, MAX_EXPONENT))
-    angle = require_in_range("incidence", incidence, 0.0, np.pi / 2, unit="rad")
+    angle = within("incidence", incidence, 0.0, np.pi / 2)
     flat = angle.reshape(-1)
     out = np.empty(flat.shape)
     for start in range(0, flat.size, TABLE_BLOCK):
@@ -200,7 +204,8 @@ def facet_normalisation(beta: float, beta_across: float | None = None) -> float:
     Returns
     -------
     float
-        For small angles ln 2 / (4 beta beta_across); 1 near 21.8 deg; below 1 for rougher surfaces.
+        For small angles ln 2 / (4 beta beta_across); 1 at 26.4 deg, below 1 for rougher surfaces. Its reciprocal is
+        the albedo of the paper's D G / (N.V) towards grazing incidence, where it is largest.
 
     Raises
     ------
@@ -211,9 +216,9 @@ def facet_normalisation(beta: float, beta_across: float | None = None) -> float:
     ----------
     Own derivation, docs/energy.md.
     """
-    along = float(require_in_range("beta", beta, 1.0e-6, np.pi / 2, unit="rad"))
+    along = float(within("beta", require_in_range("beta", beta, 1.0e-6, unit="rad"), 0.0, np.pi / 2))
     across = along if beta_across is None else beta_across
-    across = float(require_in_range("beta_across", across, 1.0e-6, np.pi / 2, unit="rad"))
+    across = float(within("beta_across", require_in_range("beta_across", across, 1.0e-6, unit="rad"), 0.0, np.pi / 2))
     # Over azimuth, with the mean exponent p and half the difference q of the two axes, the Gaussian integrates to
     # 2 pi exp(-p) I0(q); the Bessel function is done by the trapezoidal rule, which is exact for periodic integrands.
     low, high = sorted((np.log(2.0) / along**2, np.log(2.0) / across**2))

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..validation import require_in_range
+from .angles import within
 
 __all__ = [
     "absorptance",
@@ -33,7 +34,7 @@ __all__ = [
 Float64 = NDArray[np.float64]
 
 MAX_INDEX = 1.0e6  # squares of n and k stay far from overflow; no material comes near
-SMALLEST_COSINE = 1.0e-120  # smaller ones change 1 - R by less than that, but their squares would vanish
+SMALLEST_COSINE = 1.0e-120  # squares of smaller ones would vanish; 1 - R is proportional to the cosine long before
 
 
 def _index(n: ArrayLike, k: ArrayLike) -> tuple[Float64, Float64]:
@@ -62,7 +63,12 @@ def conductor_absorptance(cosine: Float64, n: Float64, k: Float64) -> Float64:
     t_s = 2.0 * product / np.where(below_s > 0.0, below_s, 1.0)
     t_p = 2.0 * across / np.where(below_p > 0.0, below_p, 1.0)
     # t_s may round to just above 1 (index-matched media); t_p never matters then.
-    return np.asarray(np.minimum(t_s + np.maximum(1.0 - t_s, 0.0) * 0.5 * t_p, 1.0))
+    absorbed = np.minimum(t_s + np.maximum(1.0 - t_s, 0.0) * 0.5 * t_p, 1.0)
+    # Towards grazing incidence 1 - R is proportional to c, except for the medium that is no medium.
+    matched = (n == 1.0) & (k == 0.0)
+    return np.where(
+        matched, np.where(c > 0.0, 1.0, 0.0), absorbed * np.where(c > 0.0, cosine / np.where(c > 0.0, c, 1.0), 1.0)
+    )
 
 
 def absorptance(cos_incidence: ArrayLike, n: ArrayLike, k: ArrayLike = 0.0) -> NDArray[Any]:
@@ -151,7 +157,8 @@ def fresnel_dielectric(cos_incidence: ArrayLike, n: ArrayLike) -> NDArray[Any]:
     excess = (refractive - 1.0) * (refractive + 1.0)  # n^2 - 1
     c = np.maximum(cosine, SMALLEST_COSINE)
     inside_squared = excess + c * c  # n^2 cos^2 of the refracted ray
-    g = np.sqrt(np.maximum(inside_squared, 0.0))
+    total_reflection = (inside_squared < 0.0) | (cosine == 0.0)
+    g = np.where(total_reflection, 1.0, np.sqrt(np.maximum(inside_squared, 0.0)))
     # c - g and n^2 c - g as quotients of n^2 - 1, so that a small reflectance is not a difference of large numbers.
     s_squared = (1.0 - c) * (1.0 + c)
     total = c + g
@@ -161,7 +168,7 @@ def fresnel_dielectric(cos_incidence: ArrayLike, n: ArrayLike) -> NDArray[Any]:
     # n^4 c^2 - g^2 = (n^2 - 1)(n^2 c^2 - s^2)
     r_p = excess * (square * c * c - s_squared) / (p_total * p_total)
     reflectance = 0.5 * (r_s * r_s + r_p * r_p)
-    return np.where((inside_squared < 0.0) | (cosine == 0.0), 1.0, np.minimum(reflectance, 1.0))
+    return np.where(total_reflection, 1.0, np.minimum(reflectance, 1.0))
 
 
 def dichromatic_estimate(
@@ -286,7 +293,7 @@ def hall_linear_estimate(normal_reflectance: ArrayLike, incidence: ArrayLike) ->
     Hall, R. (1989), Illumination and Color in Computer Generated Imagery; Tominaga 1996, Fig. 9.
     """
     reflectance = require_in_range("normal_reflectance", normal_reflectance, 0.0, 1.0)
-    share = require_in_range("incidence", incidence, 0.0, np.pi / 2, unit="rad") / (np.pi / 2)
+    share = within("incidence", incidence, 0.0, np.pi / 2) / (np.pi / 2)
     return np.asarray(reflectance + share * (1.0 - reflectance))
 
 

@@ -19,19 +19,22 @@ from ..errors import InvalidParameterError
 from ..optical_constants import OpticalConstants
 from ..spectra import Spectrum
 from ..validation import require_choice, require_in_range
-from .angles import ReflectionGeometry, floating_type, geometry_blocks, vectors
+from .angles import ReflectionGeometry, floating_type, geometry_blocks, vectors, within
 from .attenuation import ATTENUATIONS, MAX_EXPONENT, attenuation_of_geometry
 from .conservation import InterfaceAlbedo, facet_normalisation
 from .fresnel import fresnel_conductor
 from .mean_reflectance import MEAN_BAND_NM, MeanReflectance, OpticalMeanReflectance, SchlickMeanReflectance
 from .microfacet import distribution_of_tilt, elliptic_distribution, geometry_over_cosine
 
-__all__ = ["INCIDENCES", "Material", "TypeI", "TypeII", "TypeIII"]
+__all__ = ["GRAZING", "INCIDENCES", "Material", "TypeI", "TypeII", "TypeIII"]
 
 Float64 = NDArray[np.float64]
 
 INCIDENCES = ("facet", "surface")
 """The incidence that Eq. 13 is taken at: on the microfacet, angle(L, H), or on the macroscopic surface, angle(L, N)."""
+
+GRAZING = "grazing"
+"""Name of the metals' second component, whose reflectance is the constant 1 of Eq. 13."""
 
 
 class Material(Protocol):
@@ -512,9 +515,9 @@ class TypeIII:
         require_in_range("normal_reflectance", self.normal_reflectance.values, 0.0, 1.0)
         if not isinstance(self.mean_reflectance, MeanReflectance):
             raise InvalidParameterError(f"mean_reflectance must be a MeanReflectance, but is {self.mean_reflectance!r}")
-        object.__setattr__(self, "beta", float(require_in_range("beta", self.beta, 0.0, np.pi / 2, unit="rad")))
+        object.__setattr__(self, "beta", float(within("beta", self.beta, 0.0, np.pi / 2)))
         if self.beta_across is not None:
-            across = float(require_in_range("beta_across", self.beta_across, 0.0, np.pi / 2, unit="rad"))
+            across = float(within("beta_across", self.beta_across, 0.0, np.pi / 2))
             object.__setattr__(self, "beta_across", across)
         require_choice("incidence", self.incidence, INCIDENCES)
         scale = facet_normalisation(self.beta, self.beta_across) if self.energy_conserving else 1.0
@@ -617,7 +620,7 @@ class TypeIII:
         ----------
         Tominaga 1996, Eq. 7.
         """
-        return (self.normal_reflectance, Spectrum.constant(1.0, "grazing"))
+        return (self.normal_reflectance, Spectrum.constant(1.0, GRAZING))
 
     @property
     def component_names(self) -> tuple[str, ...]:
@@ -636,7 +639,7 @@ class TypeIII:
         ----------
         Tominaga 1996, Eq. 7.
         """
-        return ("normal", "grazing")
+        return ("normal", GRAZING)
 
     @property
     def needs_tangent(self) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..validation import require_in_range
+from .angles import within
 from .fresnel import MAX_INDEX, absorptance, conductor_absorptance
 from .uniform_table import UniformTable
 
@@ -135,7 +136,7 @@ class MeanReflectance(ABC):
         ----------
         Tominaga 1996, Eq. 13.
         """
-        angle = require_in_range("incidence", incidence, 0.0, np.pi / 2, unit="rad")
+        angle = within("incidence", incidence, 0.0, np.pi / 2)
         # sin of the complement: exactly 0 at a right angle, where cos leaves 6e-17.
         weight = self.interface_weight(np.sin(np.pi / 2 - angle))
         return np.clip(1.0 - weight * self.normal_absorptance, 0.0, 1.0)
@@ -250,7 +251,8 @@ class MeasuredMeanReflectance(MeanReflectance):
     _slopes: Float64 = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        angle = _sorted_copy("incidence", self.incidence, 0.0, np.pi / 2)
+        angle = np.array(within("incidence", self.incidence, 0.0, np.pi / 2), ndmin=1)
+        angle.flags.writeable = False
         mean = _sorted_copy("mean", self.mean, 0.0, 1.0)
         if angle.ndim != 1 or angle.shape != mean.shape or angle.size == 0:
             raise InvalidParameterError(

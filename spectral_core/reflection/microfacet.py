@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..validation import require_finite, require_in_range
-from .angles import ReflectionGeometry
+from .angles import ReflectionGeometry, within
 
 __all__ = [
     "attenuation_over_cosine",
@@ -20,8 +20,10 @@ __all__ = [
 
 Float64 = NDArray[np.float64]
 
-LARGEST = 2.0**1000
-"""Where G/(N.V) saturates: its true value, at most 2/sin(elevation of the light), overflows for a denormal N.L."""
+LARGEST = float(np.finfo(np.float64).max) / 256.0
+"""Where G/(N.V) saturates: its true value, at most 4/sin(elevation of the light), overflows for a denormal N.L."""
+
+COMMON = 2.0**100
 
 
 def _gaussian(ratio_squared: Float64) -> Float64:
@@ -52,8 +54,8 @@ def facet_distribution(alpha: ArrayLike, beta: float) -> NDArray[Any]:
     ----------
     Tominaga 1996, Eq. 11.
     """
-    beta = float(require_in_range("beta", beta, 0.0, np.pi / 2, unit="rad"))
-    tilt = require_in_range("alpha", alpha, -np.pi / 2, np.pi / 2, unit="rad")
+    beta = float(within("beta", beta, 0.0, np.pi / 2))
+    tilt = within("alpha", alpha, -np.pi / 2, np.pi / 2)
     return distribution_of_tilt(tilt, beta)
 
 
@@ -96,8 +98,8 @@ def elliptic_facet_distribution(
     Extension of Tominaga 1996, Eq. 11, whose Fig. 12 adds an anisotropy without giving it. The elliptic Gaussian
     follows Ward, G. (1992), "Measuring and modeling anisotropic reflection", SIGGRAPH '92, 265-272.
     """
-    beta = float(require_in_range("beta", beta, 0.0, np.pi / 2, unit="rad"))
-    beta_across = float(require_in_range("beta_across", beta_across, 0.0, np.pi / 2, unit="rad"))
+    beta = float(within("beta", beta, 0.0, np.pi / 2))
+    beta_across = float(within("beta_across", beta_across, 0.0, np.pi / 2))
     along, across = require_finite("tilt_along", tilt_along), require_finite("tilt_across", tilt_across)
     if beta == beta_across:
         return distribution_of_tilt(np.hypot(along, across), beta)
@@ -188,7 +190,7 @@ def attenuation_over_cosine(
     Returns
     -------
     ndarray of float64
-        At most 2 (1 + cos b) / sin b for a light at elevation b; 0 where N.L = 0; saturates at 2**1000.
+        At most 2 (1 + cos b) / sin b for a light at elevation b; 0 where N.L = 0; saturates at the largest float / 256.
 
     Raises
     ------
@@ -207,10 +209,10 @@ def over_cosine(light: Float64, viewer: Float64, squared: Float64) -> Float64:
     """G / (N.V) for checked, positive cosines; 0 where N.L is not positive or |L + V| is 0."""
     higher = np.maximum(light, viewer)
     lower = np.minimum(light, viewer)
-    # r lies between 1 and 2, so that no product here can lose a small cosine before its time.
     ratio = 1.0 + lower / np.where(higher > 0.0, higher, 1.0)
-    numerator = 4.0 * light * ratio
-    denominator = np.maximum(numerator * viewer, squared)
+    # r lies between 1 and 2, so no product loses a small cosine; the common factor keeps denormal ones exact.
+    numerator = (4.0 * COMMON) * light * ratio
+    denominator = np.maximum(numerator * viewer, COMMON * squared)
     alive = (light > 0.0) & (denominator > 0.0)
     with np.errstate(over="ignore"):  # a denormal denominator: the quotient saturates
         value = numerator / np.where(alive, denominator, 1.0)
