@@ -61,7 +61,8 @@ class Film:
     coverage : ndarray of float32, shape (height, width)
         Part of each pixel's samples that met a surface, 0 to 1.
     fixed_tristimulus : ndarray, shape (height, width, 3), optional
-        Colour that could not be kept by terms because the memory limit was reached; such a film cannot be relit.
+        Colour that is not kept by terms, because the memory limit was reached or paths were carried at the nodes of a
+        wavelength grid; such a film cannot be relit.
     """
 
     width: int
@@ -93,6 +94,7 @@ class Film:
         grid: WavelengthGrid,
         *,
         dtype: type[np.floating[Any]] | None = None,
+        own_spectra: bool = False,
     ) -> NDArray[np.floating[Any]]:
         """Colour of every pixel for the given spectra.
 
@@ -106,6 +108,8 @@ class Film:
             Where reflectances are sampled; "exact" is 360-830 nm at 1 nm.
         dtype : numpy dtype, optional
             float32 or float64; that of the coefficients when left out.
+        own_spectra : bool
+            Whether `spectra` are those that the film was rendered with, so that its fixed colour may be added.
 
         Returns
         -------
@@ -115,17 +119,20 @@ class Film:
         Raises
         ------
         InvalidParameterError
-            If the film was not kept by terms (see `fixed_tristimulus`), so that no spectra can be applied to it.
+            If the film was not kept by terms (see `fixed_tristimulus`), so that other spectra cannot be applied to it.
 
         References
         ----------
         Tominaga 1996, Eqs. 4, 7-10, and the linearity of XYZ.
         """
-        if not self.is_relightable:
+        if not self.is_relightable and not own_spectra:
             raise InvalidParameterError("this film was not kept by terms, so no spectra can be applied to it")
         terms = self.terms
         table = spectra.tristimulus_table(terms, observer, grid)
-        return self._apply(table, terms, dtype)
+        image = self._apply(table, terms, dtype)
+        if self.fixed_tristimulus is not None:
+            image += self.fixed_tristimulus
+        return image
 
     def _apply(
         self, table: NDArray[np.float64], terms: Sequence[Term], dtype: type[np.floating[Any]] | None
@@ -238,7 +245,9 @@ class FilmBuilder:
         self._merged: dict[tuple[Term, ...], _Pending] = {}
         self._bytes = 0
         self._hits = np.zeros(width * height, np.float32)
+        self._pending_colour = _Pending()
         self._fixed: NDArray[np.float32] | None = None
+        self._is_full = False
 
     def deposit(
         self, terms: tuple[Term, ...], pixels: NDArray[np.int64], coefficients: NDArray[np.floating[Any]]
@@ -272,6 +281,28 @@ class FilmBuilder:
         pending = self._pending.setdefault(terms, _Pending())
         pending.pixels.append(pixels)
         pending.coefficients.append(coefficients)
+
+    def deposit_colour(self, pixels: NDArray[np.int64], tristimulus: NDArray[np.floating[Any]]) -> None:
+        """Add light of the current band whose terms are not kept.
+
+        Parameters
+        ----------
+        pixels : ndarray of int, shape (N,)
+            Flat pixel index of each sample; a pixel may stand in it many times.
+        tristimulus : ndarray, shape (N, 3)
+            X, Y, Z, not yet divided by the number of samples.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        if len(pixels):
+            self._pending_colour.pixels.append(pixels)
+            self._pending_colour.coefficients.append(tristimulus)
 
     def count_hits(self, pixels: NDArray[np.int64]) -> None:
         """Note which pixels' samples met a surface.
@@ -319,7 +350,7 @@ class FilmBuilder:
         for terms, pending in self._pending.items():
             block = self._merge(terms, pending, first, end_row * self._width)
             blocks.append(FilmBlock(terms, block.pixels - np.int32(first), block.coefficients))
-            if self._fixed is not None:
+            if self._is_full:
                 self._add_fixed(block)
                 continue
             kept = self._merged.setdefault(terms, _Pending())
@@ -327,9 +358,26 @@ class FilmBuilder:
             kept.coefficients.append(block.coefficients)
             self._bytes += block.nbytes
         self._pending.clear()
-        if self._limit is not None and self._fixed is None and self._bytes > self._limit:
+        fixed = self._merge_colour(first, end_row * self._width)
+        if self._limit is not None and not self._is_full and self._bytes > self._limit:
             self._fall_back()
-        return Film(self._width, end_row - first_row, tuple(blocks), self.coverage(first_row, end_row))
+        return Film(self._width, end_row - first_row, tuple(blocks), self.coverage(first_row, end_row), fixed)
+
+    def _merge_colour(self, first: int, end: int) -> NDArray[np.float32] | None:
+        pending, self._pending_colour = self._pending_colour, _Pending()
+        if not pending.pixels:
+            return None
+        local = np.concatenate(pending.pixels) - first
+        values = np.concatenate(pending.coefficients)
+        merged = np.stack([np.bincount(local, values[:, c], end - first) for c in range(3)], axis=1) / self._samples
+        colour = merged.astype(np.float32)
+        self._fixed_image()[first:end] += colour
+        return colour.reshape(-1, self._width, 3)
+
+    def _fixed_image(self) -> NDArray[np.float32]:
+        if self._fixed is None:
+            self._fixed = np.zeros((self._width * self._height, 3), np.float32)
+        return self._fixed
 
     def finish(self) -> Film:
         """Make the film of all bands.
@@ -394,13 +442,12 @@ class FilmBuilder:
         return FilmBlock(terms, (present + first).astype(np.int32), merged)
 
     def _add_fixed(self, block: FilmBlock) -> None:
-        assert self._fixed is not None
         table = self._spectra.tristimulus_table(block.terms, self._observer, self._grid)
-        self._fixed[block.pixels] += block.coefficients @ table.astype(self._dtype)
+        self._fixed_image()[block.pixels] += block.coefficients @ table.astype(self._dtype)
 
     def _fall_back(self) -> None:
         """Turn what was collected into plain colour, and go on with plain colour."""
-        self._fixed = np.zeros((self._width * self._height, 3), np.float32)
+        self._is_full = True
         for terms, kept in self._merged.items():
             for pixels, coefficients in zip(kept.pixels, kept.coefficients, strict=True):
                 self._add_fixed(FilmBlock(terms, pixels.astype(np.int32), coefficients))

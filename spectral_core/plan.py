@@ -7,10 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .reflection.mirror import mirror_components
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
 
-__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "make_plan"]
+__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "exact_depth", "make_plan"]
+
+
+MAX_CHAINS = 1024  # lists of terms, each a block of the film, that one depth of mirroring may add
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +46,13 @@ class MaterialPlan:
         The material's index in the scene.
     terms : tuple of Term
         For each light of ``RenderPlan.lights`` in turn, one term per component of the material.
+    mirror_slots : tuple of int or None
+        Slots that a mirror bounce multiplies by, None for the constant 1; empty when the material does not mirror.
     """
 
     index: int
     terms: tuple[Term, ...]
+    mirror_slots: tuple[int | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,8 +157,10 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
             materials.append(None)
             passes.append(RenderPass(f"material '{name}'", False, "no triangle uses it"))
             continue
-        terms = tuple(Term(light, (s,)) for light in lights for s in slots)
-        materials.append(MaterialPlan(index, terms))
+        known = {s: None if spectra.slots[s].is_unit else s for s in slots}
+        terms = tuple(Term(light, () if s is None else (s,)) for light in lights for s in known.values())
+        mirror = tuple(known[slots[c]] for c in mirror_components(material)) if settings.max_bounces else ()
+        materials.append(MaterialPlan(index, terms, mirror))
     world = scene.world
     if world.strength > 0.0:
         background = Term(len(scene.lights))
@@ -160,6 +169,7 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
         background = None
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
     passes.append(_spectral_pass(settings))
+    passes.append(_mirror_pass(scene, settings, materials))
     plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), 0)
     return RenderPlan(plan.lights, plan.materials, plan.background, plan.passes, spectra.distinct_products(plan.terms))
 
@@ -171,6 +181,78 @@ def _used_materials(scene: Scene) -> set[int]:
         found: Sequence[int] = [0] if indices is None else np.unique(indices).tolist()
         used.update(found)
     return used
+
+
+def _mirror_pass(scene: Scene, settings: RenderSettings, materials: Sequence[MaterialPlan | None]) -> RenderPass:
+    step = "mirror bounces"
+    mirrors = [plan for plan in materials if plan is not None and plan.mirror_slots]
+    if settings.max_bounces == 0:
+        return RenderPass(step, False, "the settings allow none")
+    if not mirrors:
+        return RenderPass(step, False, "no visible material mirrors the scene")
+    names = ", ".join(f"'{scene.material_names[plan.index]}'" for plan in mirrors)
+    if settings.bounce_spectra == "nodes":
+        return RenderPass(
+            step, True, f"{names}, up to {settings.max_bounces} deep, carried on the '{settings.bounce_grid}' grid"
+        )
+    depth = exact_depth(settings, materials)
+    if depth == settings.max_bounces:
+        spectra = "kept exactly as products of spectra"
+    else:
+        spectra = (
+            f"kept exactly as products of spectra to depth {depth}; then a pixel's list would pass "
+            f"{settings.term_limit} terms, so deeper paths are carried on the '{settings.bounce_grid}' grid"
+        )
+    return RenderPass(step, True, f"{names}, up to {settings.max_bounces} deep, {spectra}")
+
+
+def exact_depth(settings: RenderSettings, materials: Sequence[MaterialPlan | None]) -> int:
+    """How many mirror bounces can be kept as products of spectra.
+
+    Parameters
+    ----------
+    settings : RenderSettings
+        The limits.
+    materials : sequence of MaterialPlan or None
+        The materials' terms and mirror slots.
+
+    Returns
+    -------
+    int
+        0 to ``settings.max_bounces``: up to this depth no chain of mirrors gives a pixel's list of terms more than
+        ``settings.term_limit`` entries, and the chains stay below a thousand.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+    if settings.bounce_spectra == "nodes":
+        return 0
+    if settings.bounce_spectra == "terms":
+        return settings.max_bounces
+    factors = {plan.mirror_slots for plan in materials if plan is not None and plan.mirror_slots}
+    widest = max((len(set(plan.terms)) for plan in materials if plan is not None), default=0)
+    chains: set[frozenset[tuple[int, ...]]] = {frozenset([()])}
+    for depth in range(settings.max_bounces):
+        longer = set()
+        for chain in chains:
+            for slots in factors:
+                product = frozenset(
+                    monomial if slot is None else tuple(sorted((*monomial, slot)))
+                    for monomial in chain
+                    for slot in slots
+                )
+                if len(product) * widest > settings.term_limit:
+                    return depth
+                longer.add(product)
+                if len(longer) > MAX_CHAINS:
+                    return depth
+        chains = longer
+    return settings.max_bounces
 
 
 def _spectral_pass(settings: RenderSettings) -> RenderPass:

@@ -17,11 +17,11 @@ from .film import Film, FilmBuilder
 from .plan import RenderPlan, make_plan
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra
-from .shading import component_coefficients, facing, surface_points
 from .statistics import RenderStatistics
 from .tracing.camera import Camera
 from .tracing.geometry import Geometry
 from .tracing.sampling import pixel_offsets
+from .transport import Transport
 from .visibility import Visibility
 
 __all__ = ["Band", "Cancel", "Progress", "Render", "render"]
@@ -98,9 +98,9 @@ class Render:
         ----------
         Tominaga 1996, Eqs. 4 and 7-10.
         """
-        if self.film.fixed_tristimulus is not None:
-            return self.film.fixed_tristimulus
-        return self.film.tristimulus(self.spectra, observer(self.observer), wavelength_grid(self.grid))
+        return self.film.tristimulus(
+            self.spectra, observer(self.observer), wavelength_grid(self.grid), own_spectra=True
+        )
 
     def relit(self, spectra: SceneSpectra) -> Render:
         """Return the same render with other spectra; no ray is traced.
@@ -205,13 +205,14 @@ class _Job:
     camera: Camera
     settings: RenderSettings
     progress: Progress
-    cancel: Cancel
+    stop_if_cancelled: Callable[[], None]
     plan: RenderPlan
     spectra: SceneSpectra
     observer: Observer
     grid: WavelengthGrid
     geometry: Geometry
     visibility: Visibility
+    transport: Transport
     offsets: NDArray[np.float64]
     film: FilmBuilder
     depth: NDArray[np.float32]
@@ -246,85 +247,54 @@ class _Job:
         progress(0.0, f"sorting {geometry.triangle_count} triangles")
         visibility = Visibility(geometry, camera, settings.width, settings.height)
         statistics.seconds["geometry"] = time.perf_counter() - started
+        film = FilmBuilder(
+            settings.width, settings.height, settings.samples, dtype, spectra, sees, grid, settings.film_bytes
+        )
+
+        def stop_if_cancelled() -> None:
+            if cancel():
+                raise RenderCancelledError("the render was cancelled")
+
         return cls(
             scene=scene,
             camera=camera,
             settings=settings,
             progress=progress,
-            cancel=cancel,
+            stop_if_cancelled=stop_if_cancelled,
             plan=plan,
             spectra=spectra,
             observer=sees,
             grid=grid,
             geometry=geometry,
             visibility=visibility,
-            offsets=pixel_offsets(settings.samples, settings.pixel_filter, settings.filter_width, settings.seed),
-            film=FilmBuilder(
-                settings.width, settings.height, settings.samples, dtype, spectra, sees, grid, settings.film_bytes
+            transport=Transport(
+                scene, settings, plan, spectra, sees, geometry, visibility, film, statistics, stop_if_cancelled
             ),
+            offsets=pixel_offsets(settings.samples, settings.pixel_filter, settings.filter_width, settings.seed),
+            film=film,
             depth=np.full((settings.height, settings.width), np.inf, np.float32),
             statistics=statistics,
             started=started,
         )
-
-    def stop_if_cancelled(self) -> None:
-        if self.cancel():
-            raise RenderCancelledError("the render was cancelled")
 
     def render_band(self, first: int, last: int, on_band: Callable[[Band], None] | None) -> None:
         width = self.settings.width
         pixels = np.arange(first * width, last * width)
         for number, offset in enumerate(self.offsets):
             self.stop_if_cancelled()
-            self._render_sample(pixels, first, last, offset, is_first=number == 0)
+            with self.statistics.timed("visibility"):
+                hits, directions, view_depth = self.visibility.primary(first, last, offset)
+            self.statistics.camera_rays += len(pixels)
+            found = hits.hit
+            self.film.count_hits(pixels[found])
+            if number == 0:
+                self.depth.reshape(-1)[pixels[found]] = view_depth[found]
+            self.transport.from_camera(pixels, hits, directions)
         with self.statistics.timed("film"):
             part = self.film.end_band(first, last)
         if on_band is not None:
-            on_band(Band(first, part.tristimulus(self.spectra, self.observer, self.grid), part.coverage))
-
-    def _render_sample(
-        self, pixels: NDArray[np.int64], first: int, last: int, offset: NDArray[np.float64], *, is_first: bool
-    ) -> None:
-        statistics = self.statistics
-        with statistics.timed("visibility"):
-            hits, directions, view_depth = self.visibility.primary(first, last, offset)
-        statistics.camera_rays += len(pixels)
-        with statistics.timed("shading"):
-            found = hits.hit
-            self.film.count_hits(pixels[found])
-            if is_first:
-                self.depth.reshape(-1)[pixels[found]] = view_depth[found]
-            if self.plan.background is not None:
-                missed = pixels[~found]
-                self.film.deposit((self.plan.background,), missed, np.ones((len(missed), 1), self.geometry.dtype))
-            points = surface_points(self.geometry, hits, pixels, directions)
-            groups = points.groups()
-            widths = [len(self.scene.materials[index].reflectances) for index, _ in groups]
-            coefficients = [
-                np.zeros((part.stop - part.start, width * len(self.plan.lights)), self.geometry.dtype)
-                for (_, part), width in zip(groups, widths, strict=True)
-            ]
-        for column, light_index in enumerate(self.plan.lights):
-            self.stop_if_cancelled()
-            light = self.scene.lights[light_index]
-            with statistics.timed("shading"):
-                illumination = light.illuminate(points.position, self.geometry.centre)
-                candidates = facing(points, illumination)
-            with statistics.timed("shadows"):
-                lit = self.visibility.unoccluded(light, points, illumination, candidates)
-            statistics.shadow_rays += len(candidates)
-            with statistics.timed("shading"):
-                for (index, part), width, target in zip(groups, widths, coefficients, strict=True):
-                    inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
-                    if len(inside):
-                        target[inside - part.start, column * width : (column + 1) * width] = component_coefficients(
-                            self.scene.materials[index], points, illumination, inside
-                        )
-        with statistics.timed("film"):
-            for (index, part), values in zip(groups, coefficients, strict=True):
-                material_plan = self.plan.materials[index]
-                if material_plan is not None and material_plan.terms:
-                    self.film.deposit(material_plan.terms, points.pixel[part], values)
+            colour = part.tristimulus(self.spectra, self.observer, self.grid, own_spectra=True)
+            on_band(Band(first, colour, part.coverage))
 
     def finish(self) -> Render:
         with self.statistics.timed("film"):

@@ -18,6 +18,7 @@ from .validation import require_choice, require_in_range, require_integer
 __all__ = ["RenderSettings", "Scene", "World"]
 
 PRECISIONS = ("float32", "float64")
+BOUNCE_SPECTRA = ("auto", "terms", "nodes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +117,16 @@ class RenderSettings:
         One of ``colorimetry.OBSERVERS``.
     grid : str
         Wavelength grid of the colour side, one of ``colorimetry.GRID_PRESETS``; for direct light "exact" costs nothing.
+    max_bounces : int
+        How often light may be mirrored between the last lit surface and the camera; only materials with a `mirror`
+        above 0 do so. At least 0.
+    bounce_spectra : str
+        "terms": mirrored light is kept as products of spectra, exact at any grid, whatever their number. "nodes": it is
+        carried at the wavelengths of `bounce_grid`. "auto": as terms up to `term_limit`, beyond that at nodes.
+    bounce_grid : str
+        Wavelengths of mirrored light that is carried at nodes, one of ``colorimetry.GRID_PRESETS``.
+    term_limit : int
+        Longest list of terms a pixel may have in "auto", at least 1.
     precision : str
         "float32" for the bulk of the geometry, or "float64" throughout for reference renders.
     band_samples : int
@@ -137,6 +148,10 @@ class RenderSettings:
     seed: int = 0
     observer: str = "cie_1931_2"
     grid: str = "exact"
+    max_bounces: int = 4
+    bounce_spectra: str = "auto"
+    bounce_grid: str = "standard"
+    term_limit: int = 128
     precision: str = "float32"
     band_samples: int = 1 << 18
     film_bytes: int | None = 1 << 30
@@ -150,6 +165,10 @@ class RenderSettings:
         require_integer("seed", self.seed, 0)
         require_choice("observer", self.observer, OBSERVERS)
         require_choice("grid", self.grid, GRID_PRESETS)
+        require_integer("max_bounces", self.max_bounces, 0)
+        require_choice("bounce_spectra", self.bounce_spectra, BOUNCE_SPECTRA)
+        require_choice("bounce_grid", self.bounce_grid, GRID_PRESETS)
+        require_integer("term_limit", self.term_limit, 1)
         require_choice("precision", self.precision, PRECISIONS)
         require_integer("band_samples", self.band_samples, 1)
         if self.film_bytes is not None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .colorimetry import Observer, WavelengthGrid, tristimulus_weights
 from .errors import InvalidParameterError
+from .reflection.materials import GRAZING
 from .spectra import Spectrum
 from .validation import require_in_range
 
@@ -76,11 +77,14 @@ class ReflectanceSlot:
         "body", "interface", or another of the material's ``component_names``.
     reflectance : Spectrum
         The spectrum.
+    is_unit : bool
+        Whether it is the constant 1 of Eq. 13, which no term needs to name and nothing may change.
     """
 
     material: str
     component: str
     reflectance: Spectrum
+    is_unit: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +128,7 @@ class SceneSpectra:
         emitters = [Emitter(light.name, light.illuminant, light.strength) for light in scene.lights]
         emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength))
         slots = [
-            ReflectanceSlot(name, component, reflectance)
+            ReflectanceSlot(name, component, reflectance, component == GRAZING)
             for name, material in zip(scene.material_names, scene.materials, strict=True)
             for component, reflectance in zip(material.component_names, material.reflectances, strict=True)
         ]
@@ -200,9 +204,10 @@ class SceneSpectra:
         ----------
         Own design.
         """
-        hits = [i for i, s in enumerate(self.slots) if s.material == material and s.component == component]
+        free = [(i, s) for i, s in enumerate(self.slots) if not s.is_unit]
+        hits = [i for i, s in free if s.material == material and s.component == component]
         if not hits:
-            known = ", ".join(f"'{s.material}' {s.component}" for s in self.slots)
+            known = ", ".join(f"'{s.material}' {s.component}" for _, s in free)
             raise InvalidParameterError(
                 f"no material '{material}' has a {component} reflectance; the scene has {known}"
             )
@@ -297,11 +302,38 @@ class SceneSpectra:
             if emitter.strength == 0.0:
                 continue
             luminance = _luminance(emitter.illuminant, observer)
-            product = emitter.illuminant.at(wavelengths_nm) * (emitter.strength / luminance)
-            for slot in term.slots:
-                product = product * self.slots[slot].reflectance.at(wavelengths_nm)
-            table[row] = product
+            lamp = emitter.illuminant.at(wavelengths_nm) * (emitter.strength / luminance)
+            table[row] = lamp * self.product_at(term.slots, wavelengths_nm)
         return table
+
+    def product_at(self, slots: Sequence[int], wavelengths_nm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Multiply the reflectances of some slots.
+
+        Parameters
+        ----------
+        slots : sequence of int
+            Indices into `slots`; none gives 1.
+        wavelengths_nm : ndarray, shape (W,)
+            Where to sample (nm).
+
+        Returns
+        -------
+        ndarray of float64, shape (W,)
+            The product.
+
+        Raises
+        ------
+        IndexError
+            If a slot is not there.
+
+        References
+        ----------
+        Own design.
+        """
+        product = np.ones(len(wavelengths_nm))
+        for slot in slots:
+            product = product * self.slots[slot].reflectance.at(wavelengths_nm)
+        return product
 
     def distinct_products(self, terms: Iterable[Term]) -> int:
         """How many different products of spectra the terms stand for.

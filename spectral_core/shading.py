@@ -25,8 +25,8 @@ class SurfacePoints:
 
     Attributes
     ----------
-    pixel : ndarray of int64, shape (N,)
-        Flat pixel index of the path that found the point.
+    ray : ndarray of int64, shape (N,)
+        Which of the rays found the point.
     triangle : ndarray of int64, shape (N,)
         The triangle.
     material : ndarray of int64, shape (N,)
@@ -37,7 +37,7 @@ class SurfacePoints:
         Unit vectors; both normals are on the viewer's side.
     """
 
-    pixel: NDArray[np.int64]
+    ray: NDArray[np.int64]
     triangle: NDArray[np.int64]
     material: NDArray[np.int64]
     position: NDArray[np.floating[Any]]
@@ -47,7 +47,7 @@ class SurfacePoints:
     to_viewer: NDArray[np.floating[Any]]
 
     def __len__(self) -> int:
-        return len(self.pixel)
+        return len(self.ray)
 
     def groups(self) -> list[tuple[int, slice]]:
         """Find the runs of equal material.
@@ -75,7 +75,6 @@ class SurfacePoints:
 def surface_points(
     geometry: Geometry,
     hits: Hits,
-    pixels: NDArray[np.int64],
     directions: NDArray[np.floating[Any]],
 ) -> SurfacePoints:
     """Points where rays met a surface, with their frames.
@@ -86,8 +85,6 @@ def surface_points(
         The triangles.
     hits : Hits, N rays
         Where the rays met them; misses are left out of the result.
-    pixels : ndarray of int64, shape (N,)
-        Flat pixel index of each ray.
     directions : ndarray, shape (N, 3)
         Unit directions of the rays; their dtype is that of the result.
 
@@ -118,7 +115,7 @@ def surface_points(
     normal = np.where(back[:, None], -normal, normal)
     normal = _turn_to_viewer(normal, to_viewer)
     return SurfacePoints(
-        pixel=pixels[found],
+        ray=found,
         triangle=triangle,
         material=geometry.material_index[triangle],
         position=geometry.points(triangle, u, v),

@@ -22,14 +22,14 @@ class RenderStatistics:
         Size of the image and rays a pixel.
     triangles, dropped_triangles : int
         Triangles that were traced, and those without area that were left out.
-    camera_rays, shadow_rays : int
+    camera_rays, shadow_rays, mirror_rays : int
         Rays that were followed.
     terms : int
         Monomials that occur in the film.
     film_bytes : int
         Memory of the film.
     is_relightable : bool
-        False when the film reached its memory limit and kept plain colour.
+        False when the film keeps plain colour: at its memory limit, or from mirrored light carried at nodes.
     seconds : dict of str to float
         Wall-clock time by kind of work.
     plan : str
@@ -46,6 +46,7 @@ class RenderStatistics:
     dropped_triangles: int = 0
     camera_rays: int = 0
     shadow_rays: int = 0
+    mirror_rays: int = 0
     terms: int = 0
     film_bytes: int = 0
     is_relightable: bool = True
@@ -100,10 +101,11 @@ class RenderStatistics:
         parts = ", ".join(f"{work} {seconds:.2f} s" for work, seconds in self.seconds.items() if work != "total")
         lines = [
             f"{self.scene}: {self.width} x {self.height}, {self.samples} samples a pixel, "
-            f"{self.triangles:,} triangles, {self.camera_rays:,} camera rays, {self.shadow_rays:,} shadow rays",
+            f"{self.triangles:,} triangles, {self.camera_rays:,} camera rays, {self.shadow_rays:,} shadow rays, "
+            f"{self.mirror_rays:,} mirror rays",
             f"{self.seconds.get('total', 0.0):.2f} s ({parts})",
             f"film: {self.terms} terms, {self.film_bytes / 2**20:.1f} MiB"
-            + ("" if self.is_relightable else "; the memory limit was reached: plain colour, cannot be relit"),
+            + ("" if self.is_relightable else "; keeps plain colour and cannot be relit"),
         ]
         if self.dropped_triangles:
             lines.append(f"{self.dropped_triangles:,} triangles without area were left out")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lights import Illumination, Light, SunLight
+from .paths import PathBundle
 from .shading import SurfacePoints
 from .tracing.bvh import Bvh
 from .tracing.camera import Camera
@@ -35,10 +36,41 @@ class Visibility:
         self._camera = camera
         self._width = width
         self._height = height
-        seen, casting = geometry.camera_visible, geometry.shadow_visible
-        self._seen = Bvh.build(geometry, None if seen.all() else np.flatnonzero(seen))
-        same = bool((seen == casting).all())
-        self._casting = self._seen if same else Bvh.build(geometry, None if casting.all() else np.flatnonzero(casting))
+        self._trees: dict[bytes, Bvh] = {}
+        self._seen = self._tree(geometry.camera_visible)
+        self._casting = self._tree(geometry.shadow_visible)
+
+    def _tree(self, members: NDArray[np.bool_]) -> Bvh:
+        """Build the tree of some triangles, once for each distinct set."""
+        key = members.tobytes()
+        if key not in self._trees:
+            everything = bool(members.all())
+            self._trees[key] = Bvh.build(self._geometry, None if everything else np.flatnonzero(members))
+        return self._trees[key]
+
+    def secondary(self, bundle: PathBundle) -> Hits:
+        """Find what mirrored rays meet; things hidden from the camera are seen in mirrors.
+
+        Parameters
+        ----------
+        bundle : PathBundle
+            The rays.
+
+        Returns
+        -------
+        Hits
+            One a ray.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        everything = self._tree(np.ones(self._geometry.triangle_count, bool))
+        return everything.closest(bundle.origin, bundle.direction, None, bundle.own)
 
     def primary(
         self, first_row: int, end_row: int, offset: NDArray[np.float64]

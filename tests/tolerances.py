@@ -4,7 +4,7 @@ A tolerance without a cause hides an error. Where two computations are the same 
 many operations the rounding may have gone through; where they differ by method, it says which and by how much.
 """
 
-__all__ = ["FLOAT32_ROUNDING", "FLOAT64_ROUNDING", "PICTURE_BETWEEN_VERSIONS", "TIED_DISTANCE"]
+__all__ = ["FLOAT32_ROUNDING", "FLOAT64_ROUNDING", "PICTURE_BETWEEN_VERSIONS", "TIED_DISTANCE", "TIED_RAYS"]
 
 # A few dozen float64 operations in another order: about 2**5 units in the last place, 2**-52 each.
 FLOAT64_ROUNDING = 1e-14
@@ -26,3 +26,25 @@ FILM_AGAINST_BRUTE_FORCE = 1e-6
 
 # Part of the pixels whose single float32 ray falls on the other side of an edge or a shadow's border.
 PIXELS_THAT_ROUND_ACROSS_AN_EDGE = 1e-3
+
+# A cubic Lagrange formula of order-1 values: four products of four factors each, with cancellation between them.
+INTERPOLATED_POLYNOMIAL = 1e-13
+
+# Planck's law in logarithms: the rounding of exp(x) is that of x, to be multiplied by the size of x.
+PLANCK_ROUNDING = 1e-15
+
+# Weighted sums of some hundred float64 terms, plain order: up to 2**9 units in the last place.
+SUM_OF_HUNDREDS = 1e-13
+
+# XYZ on a scale where white is 1, of light carried on the 16 nodes of the standard grid: quadrature.
+STANDARD_GRID_COLOUR = 5e-3
+
+# A direction in float64 is known to 2**-53 rad per component; a lobe exp(-n rho) magnifies a few of those n-fold.
+LOBE_OF_FLOAT64_DIRECTIONS = 2e-15
+
+# The largest of 90,000 sampled viewers, the nearest to the horizon 1e-6 rad from the azimuth where the supremum lies.
+SAMPLED_SUPREMUM = 1e-9
+
+# Part of the rays that pass so close to an edge that float32 projection and float32 ray casting choose different sides:
+# vertices are rounded to 1e-4 of a pixel, and a picture of small triangles has about one edge a pixel.
+TIED_RAYS = 1e-4

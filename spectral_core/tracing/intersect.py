@@ -194,7 +194,8 @@ class _Rays:
             limit = (limit - start).astype(bvh.dtype)
         return cls(
             origins.astype(bvh.dtype, copy=False),
-            directions.astype(bvh.dtype, copy=False),
+            directions.astype(bvh.dtype, copy=False)
+            + 0.0,  # -0.0 becomes 0.0, whose reciprocal has the sign of its class
             start.astype(bvh.dtype),
             limit,
             own,

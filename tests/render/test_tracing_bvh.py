@@ -176,3 +176,14 @@ def test_mesh_far_finer_than_its_scene_does_not_leak():
     hits = bvh.closest(origins, corners[:, 0] - origins)
     assert np.all(hits.triangle < len(triangles))
     assert np.all(hits.hit)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_negative_zero_in_a_direction_is_a_zero(dtype):
+    geometry = geometry_of(*icosphere(2), dtype=dtype)
+    bvh = Bvh.build(geometry)
+    origins = np.array([[0.1, -3.0, 0.07]])
+    for direction in ([[-0.0, 1.0, -0.0]], [[0.0, 1.0, -0.0]], [[-0.0, 1.0, 0.0]]):
+        assert (
+            bvh.closest(origins, np.array(direction)).triangle == bvh.closest(origins, [[0.0, 1.0, 0.0]]).triangle >= 0
+        )

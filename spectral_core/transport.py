@@ -1,0 +1,217 @@
+"""Light from the lamps by way of surfaces to the camera: direct light, and what mirrors show of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .colorimetry import Observer, tristimulus_weights, wavelength_grid
+from .film import FilmBuilder
+from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
+from .plan import MaterialPlan, RenderPlan, exact_depth
+from .reflection.mirror import mirror_coefficients
+from .scene import RenderSettings, Scene
+from .scene_spectra import SceneSpectra, Term
+from .shading import SurfacePoints, component_coefficients, facing, surface_points
+from .statistics import RenderStatistics
+from .tracing.geometry import Geometry
+from .tracing.hits import Hits, offset_origins
+from .visibility import Visibility
+
+__all__ = ["Transport"]
+
+
+@dataclass(slots=True)
+class Transport:
+    """Follows rays from the camera and deposits on the film what they find.
+
+    Attributes
+    ----------
+    scene, settings, plan, spectra, observer
+        What is rendered, and how.
+    geometry, visibility
+        Where the surfaces are, and who sees whom.
+    film : FilmBuilder
+        Takes the deposits.
+    statistics : RenderStatistics
+        Is counted up.
+    stop_if_cancelled : callable
+        Raises when the caller wants an end.
+    """
+
+    scene: Scene
+    settings: RenderSettings
+    plan: RenderPlan
+    spectra: SceneSpectra
+    observer: Observer
+    geometry: Geometry
+    visibility: Visibility
+    film: FilmBuilder
+    statistics: RenderStatistics
+    stop_if_cancelled: Callable[[], None]
+    _exact_depth: int = field(init=False)
+    _nodes_nm: NDArray[np.float64] = field(init=False)
+    _emitter_weights: dict[int, NDArray[np.float64]] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._exact_depth = exact_depth(self.settings, self.plan.materials)
+        self._nodes_nm = wavelength_grid(self.settings.bounce_grid).wavelengths_nm
+
+    def from_camera(self, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.floating[Any]]) -> None:
+        """Deposit what one ray a pixel finds, mirrors included.
+
+        Parameters
+        ----------
+        pixels : ndarray of int64, shape (N,)
+            Flat index of each ray's pixel.
+        hits : Hits, N rays
+            What the rays met first.
+        directions : ndarray, shape (N, 3)
+            Their unit directions.
+
+        Raises
+        ------
+        RenderCancelledError
+            If the caller wants an end.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 8-13.
+        """
+        polynomial = Polynomial.one(len(pixels), self.geometry.dtype)
+        bundles = self._arrive(pixels, hits, directions, polynomial, 0)
+        for depth in range(1, self.settings.max_bounces + 1):
+            arrivals = merge_bundles(bundles)
+            bundles = []
+            for bundle in arrivals:
+                self.stop_if_cancelled()
+                self.statistics.mirror_rays += len(bundle)
+                with self.statistics.timed("mirrors"):
+                    hits = self.visibility.secondary(bundle)
+                bundles += self._arrive(bundle.pixel, hits, bundle.direction, bundle.polynomial, depth)
+
+    def _arrive(
+        self,
+        pixels: NDArray[np.int64],
+        hits: Hits,
+        directions: NDArray[np.floating[Any]],
+        polynomial: Polynomial,
+        depth: int,
+    ) -> list[PathBundle]:
+        """Light the points that rays have reached, and send on those that mirror."""
+        with self.statistics.timed("shading"):
+            self._deposit_background(pixels, hits, polynomial)
+            points = surface_points(self.geometry, hits, directions)
+        for (index, part), coefficients in zip(points.groups(), self._direct_light(points), strict=True):
+            material_plan = self.plan.materials[index]
+            if material_plan is not None and material_plan.terms:
+                rays = points.ray[part]
+                with self.statistics.timed("film"):
+                    self._deposit(pixels[rays], polynomial.take(rays), material_plan.terms, coefficients)
+        if depth == self.settings.max_bounces:
+            return []
+        with self.statistics.timed("mirrors"):
+            return self._mirrored(points, pixels, polynomial, depth + 1)
+
+    def _direct_light(self, points: SurfacePoints) -> list[NDArray[np.floating[Any]]]:
+        """Coefficients (n, L * Km) of every group of points, the components of each light in turn."""
+        groups = points.groups()
+        widths = [len(self.scene.materials[index].reflectances) for index, _ in groups]
+        coefficients = [
+            np.zeros((part.stop - part.start, width * len(self.plan.lights)), self.geometry.dtype)
+            for (_, part), width in zip(groups, widths, strict=True)
+        ]
+        for column, light_index in enumerate(self.plan.lights):
+            self.stop_if_cancelled()
+            light = self.scene.lights[light_index]
+            with self.statistics.timed("shading"):
+                illumination = light.illuminate(points.position, self.geometry.centre)
+                candidates = facing(points, illumination)
+            with self.statistics.timed("shadows"):
+                lit = self.visibility.unoccluded(light, points, illumination, candidates)
+            self.statistics.shadow_rays += len(candidates)
+            with self.statistics.timed("shading"):
+                for (index, part), width, target in zip(groups, widths, coefficients, strict=True):
+                    inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
+                    if len(inside):
+                        target[inside - part.start, column * width : (column + 1) * width] = component_coefficients(
+                            self.scene.materials[index], points, illumination, inside
+                        )
+        return coefficients
+
+    def _deposit_background(self, pixels: NDArray[np.int64], hits: Hits, polynomial: Polynomial) -> None:
+        if self.plan.background is None:
+            return
+        missed = np.flatnonzero(~hits.hit)
+        ones = np.ones((len(missed), 1), self.geometry.dtype)
+        self._deposit(pixels[missed], polynomial.take(missed), (self.plan.background,), ones)
+
+    def _deposit(
+        self,
+        pixels: NDArray[np.int64],
+        polynomial: Polynomial,
+        terms: tuple[Term, ...],
+        coefficients: NDArray[np.floating[Any]],
+    ) -> None:
+        if not len(pixels):
+            return
+        if polynomial.monomials is None:
+            self.film.deposit_colour(pixels, self._colour_at_nodes(polynomial, terms, coefficients))
+        elif polynomial.monomials == ((),):
+            self.film.deposit(terms, pixels, coefficients * polynomial.weights)
+        else:
+            products, values = product_terms(polynomial, terms, coefficients)
+            self.film.deposit(products, pixels, values)
+
+    def _colour_at_nodes(
+        self, polynomial: Polynomial, terms: tuple[Term, ...], coefficients: NDArray[np.floating[Any]]
+    ) -> NDArray[np.float64]:
+        """XYZ (N, 3) of light that is carried at the nodes of the bounce grid."""
+        grid = wavelength_grid(self.settings.bounce_grid)
+        colour = np.zeros((len(coefficients), 3))
+        for emitter in sorted({term.emitter for term in terms}):
+            if emitter not in self._emitter_weights:
+                source = self.spectra.emitters[emitter]
+                weights = tristimulus_weights(source.illuminant, self.observer, grid)
+                self._emitter_weights[emitter] = source.strength * weights
+            columns = [k for k, term in enumerate(terms) if term.emitter == emitter]
+            table = np.array([self.spectra.product_at(terms[k].slots, self._nodes_nm) for k in columns])
+            spectrum = (coefficients[:, columns] @ table) * polynomial.weights
+            colour += spectrum @ self._emitter_weights[emitter]
+        return colour
+
+    def _mirrored(
+        self, points: SurfacePoints, pixels: NDArray[np.int64], polynomial: Polynomial, depth: int
+    ) -> list[PathBundle]:
+        """Rays that leave the mirroring surfaces among `points`, on their `depth`-th bounce."""
+        bundles = []
+        for index, part in points.groups():
+            material_plan = self.plan.materials[index]
+            if material_plan is None or not material_plan.mirror_slots:
+                continue
+            bundles.append(self._reflect(points, part, pixels, polynomial, material_plan, depth))
+        return bundles
+
+    def _reflect(
+        self,
+        points: SurfacePoints,
+        part: slice,
+        pixels: NDArray[np.int64],
+        polynomial: Polynomial,
+        material_plan: MaterialPlan,
+        depth: int,
+    ) -> PathBundle:
+        rays = points.ray[part]
+        direction = mirror_directions(points, part)
+        origin = offset_origins(points.position[part], points.geometric_normal[part], direction, self.geometry.radius)
+        cosine = np.einsum("ij,ij->i", points.normal[part], points.to_viewer[part])
+        weights = mirror_coefficients(self.scene.materials[material_plan.index], np.clip(cosine, 0, 1))
+        arriving = polynomial.take(rays)
+        if depth > self._exact_depth:
+            arriving = arriving.at_nodes(self.spectra, self._nodes_nm)
+        product = multiply(arriving, weights, material_plan.mirror_slots, self.spectra, self._nodes_nm)
+        return PathBundle(pixels[rays], origin, direction, points.triangle[part], product)
