@@ -48,3 +48,9 @@ SAMPLED_SUPREMUM = 1e-9
 # Part of the rays that pass so close to an edge that float32 projection and float32 ray casting choose different sides:
 # vertices are rounded to 1e-4 of a pixel, and a picture of small triangles has about one edge a pixel.
 TIED_RAYS = 1e-4
+
+# Tristimulus values by sums of 471 float64 terms in two orders of summation, where the samples are the same.
+TRISTIMULUS_SUM = 1e-9
+
+# Weights of a Lagrange table by two formulas for the same coefficients: some hundred products, all of order 0.1.
+ASTM_WEIGHTS = 1e-13
