@@ -7,6 +7,7 @@ from .camera import Camera
 from .geometry import Geometry
 from .hits import Hits, offset_origins
 from .mesh import Instance, Mesh
+from .rasterize import PrimaryView, primary_hits
 from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, square_points
 
 __all__ = [
@@ -17,8 +18,10 @@ __all__ = [
     "Hits",
     "Instance",
     "Mesh",
+    "PrimaryView",
     "disk_points",
     "offset_origins",
     "pixel_offsets",
+    "primary_hits",
     "square_points",
 ]

@@ -30,8 +30,12 @@ class Geometry:
         Middle of the bounding box, in world coordinates.
     radius : float
         Half the diagonal of the bounding box; 0 for an empty scene.
+    vertices : (V, 3) ndarray
+        Vertex positions relative to `centre`, in the working dtype.
+    triangles : (T, 3) ndarray of int64
+        Vertex numbers of each triangle's corners, counter-clockwise seen from outside.
     corners : (T, 3, 3) ndarray
-        Corner positions relative to `centre`, counter-clockwise seen from outside, in the working dtype.
+        ``vertices[triangles]``, kept because it is fetched all the time.
     geometric_normals : (T, 3) ndarray
         Unit normals of the flat triangles.
     corner_normals : (T, 3, 3) ndarray or None
@@ -52,6 +56,8 @@ class Geometry:
 
     centre: NDArray[np.float64]
     radius: float
+    vertices: Array
+    triangles: Integers
     corners: Array
     geometric_normals: Array
     corner_normals: Array | None
@@ -99,6 +105,8 @@ class Geometry:
         parts = [_place(instance, centre, dtype, smooth, textured) for instance in instances]
         total = sum(len(i.mesh.triangles) for i in instances)
         kept = [part.count for part in parts]
+        before = np.cumsum([0, *(len(part.vertices) for part in parts)])
+        triangles = [part.triangles + start for part, start in zip(parts, before[:-1], strict=True)]
 
         def joined(name: str, shape: tuple[int, ...]) -> Array:
             arrays = [getattr(part, name) for part in parts]
@@ -107,6 +115,8 @@ class Geometry:
         return cls(
             centre=centre,
             radius=float(0.5 * np.linalg.norm(upper - lower)),
+            vertices=joined("vertices", (3,)),
+            triangles=np.concatenate(triangles) if parts else np.zeros((0, 3), np.int64),
             corners=joined("corners", (3, 3)),
             geometric_normals=joined("geometric_normals", (3,)),
             corner_normals=joined("corner_normals", (3, 3)) if smooth else None,
@@ -264,6 +274,8 @@ class Geometry:
 class _Placed:
     """One instance in world space."""
 
+    vertices: Array
+    triangles: Integers
     corners: Array
     geometric_normals: Array
     corner_normals: Array | None
@@ -307,6 +319,8 @@ def _place(instance: Instance, centre: Array, dtype: np.dtype[Any], smooth: bool
         keep = np.flatnonzero(area > 0.0)
         geometric = cross[keep] / area[keep, None]
     return _Placed(
+        vertices=world,
+        triangles=triangles[keep],
         corners=corners[keep] if len(keep) < len(corners) else corners,
         geometric_normals=geometric.astype(dtype),
         corner_normals=_world_normals(mesh, linear, mirrored, turn, keep, geometric).astype(dtype) if smooth else None,
