@@ -431,7 +431,8 @@ def chromatic_adaptation(
     responses = np.stack([cone @ source, cone @ target])
     if np.any(responses <= 0.0):
         raise InvalidParameterError(
-            f"whites must have positive {method} cone responses, but {source} and {target} give {responses.tolist()}"
+            f"whites must have positive {method} cone responses, but {source} and {target} give {responses.tolist()}; "
+            "choose another adaptation for so coloured a light"
         )
     return np.linalg.solve(cone, (responses[1] / responses[0])[:, None] * cone)
 
@@ -503,11 +504,13 @@ def delta_e_2000(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     h1, h2 = np.degrees(np.arctan2(b1, a1)) % 360.0, np.degrees(np.arctan2(b2, a2)) % 360.0
     coloured = c1 * c2 > 0.0
     turn = h2 - h1
-    turn = np.where(turn > 180.0, turn - 360.0, np.where(turn < -180.0, turn + 360.0, turn))
+    # More than half a turn apart, told by the sign of the cross product: it is exactly 0 for opposite hues, where the
+    # difference of two rounded angles may fall on either side of 180 degrees and pick another mean hue.
+    apart = (np.abs(turn) > 90.0) & (turn * (a1 * b2 - b1 * a2) < 0.0)
+    turn = np.where(apart, turn - np.copysign(360.0, turn), turn)
     delta_hue = 2.0 * np.sqrt(c1 * c2) * np.sin(np.radians(np.where(coloured, turn, 0.0)) / 2.0)
     mean_l, mean_c = 0.5 * (l1 + l2), 0.5 * (c1 + c2)
     total = h1 + h2
-    apart = np.abs(h1 - h2) > 180.0
     mean_h = 0.5 * np.where(apart, np.where(total < 360.0, total + 360.0, total - 360.0), total)
     mean_h = np.where(coloured, mean_h, total)
     t = (

@@ -83,7 +83,7 @@ def resample(spectrum: Spectrum, wavelengths_nm: ArrayLike, *, name: str | None 
     label = spectrum.name or "the spectrum"
     notes: list[str] = []
     step = _steps(targets)
-    averaged = source.size > 1 and targets.size > 1 and _is_finer(source, targets, step)
+    averaged = not spectrum.is_constant and targets.size > 1 and _is_finer(source, targets, step)
     if averaged:
         values = _triangle_averages(spectrum, targets, step)
         finest, coarsest = float(np.diff(source).min()), float(step.max())
@@ -133,7 +133,8 @@ def _triangle_averages(
     edges = np.unique(np.concatenate([low, targets, high, inside]))
     start, length = edges[:-1], np.diff(edges)
     places = start[:, None] + length[:, None] * _GAUSS_PLACES
-    masses = spectrum.at(places) * length[:, None] * _GAUSS_WEIGHTS
+    peak = np.abs(spectrum.values).max()  # in units of the peak neither denormal nor huge values lose anything
+    masses = spectrum.at(places) / peak * length[:, None] * _GAUSS_WEIGHTS
     # Every target owns the segments between its two feet: list the pairs (target, segment), then sum per target.
     first = np.searchsorted(edges, low)
     count = np.searchsorted(edges, high) - first
@@ -144,4 +145,4 @@ def _triangle_averages(
     areas = np.bincount(
         owner, weights=np.sum(length[segment, None] * _GAUSS_WEIGHTS * height, axis=1), minlength=targets.size
     )
-    return np.asarray(sums / areas)
+    return np.asarray(sums / areas * peak)

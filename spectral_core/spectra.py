@@ -193,6 +193,8 @@ class Spectrum:
         ----------
         CIE 15:2004, 7.2 (interpolation and extrapolation).
         """
+        if self.is_constant:  # interpolation weights sum to 1 only within rounding
+            return np.full(require_finite("wavelengths_nm", wavelengths_nm).shape, self.values[0])
         values = interpolate(self.wavelengths_nm, self.values, wavelengths_nm, self.interpolation)
         return values if self.signed else np.maximum(values, 0.0)
 
