@@ -17,9 +17,13 @@ __all__ = ["add_arguments", "run"]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the verb."""
-    parser.add_argument("data", metavar="DATA.csv", type=Path, help="measured spectra, laid out as docs/fitting.md tells")
+    parser.add_argument(
+        "data", metavar="DATA.csv", type=Path, help="measured spectra, laid out as docs/fitting.md tells"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="material.json", help="where to write the material")
-    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="where to draw data, fit and spectra (or .svg, .pdf)")
+    parser.add_argument(
+        "--plot", type=Path, metavar="OUT.png", help="where to draw data, fit and spectra (or .svg, .pdf)"
+    )
     parser.add_argument("--name", metavar="NAME", help="name of the material (default: that of the file)")
     parser.add_argument(
         "--reference",
@@ -27,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the values are relative to: a perfect diffuser lit in the same way, or the irradiance on a plane "
         "facing the light (default: what the file says, else the diffuser)",
     )
-    parser.add_argument("--type", choices=core.fitting.MATERIAL_TYPES, help="fit this type (default: the recommended one)")
+    parser.add_argument(
+        "--type", choices=core.fitting.MATERIAL_TYPES, help="fit this type (default: the recommended one)"
+    )
     parser.add_argument("--confidence", type=float, default=0.95, metavar="P", help="of the intervals (default: 0.95)")
     lobe = parser.add_argument_group("plastic, cloth and paper (Types I and II)")
     lobe.add_argument("--attenuation", choices=core.reflection.ATTENUATIONS, help="law of f (default: the best)")
@@ -40,10 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     metal.add_argument(
         "--mean-reflectance",
-        default="schlick",
+        default="auto",
         metavar="SOURCE",
-        help="Sa(phi) of Eq. 13: schlick, table (fitted at the incidences measured), or the name of a metal of the "
-        f"library: {', '.join(core.metal_names())} (default: schlick)",
+        help="Sa(phi) of Eq. 13: schlick, fresnel (one n and k, fitted), auto (the better of the two), table (fitted "
+        f"at the incidences measured), or a metal of the library: {', '.join(core.metal_names())} (default: auto)",
     )
     metal.add_argument("--scale", type=float, metavar="K", help="hold the factor of the values over Eq. 10")
 
@@ -83,7 +89,7 @@ def _report_tests(arguments: argparse.Namespace, measurements: core.fitting.Meas
 
 def _options(arguments: argparse.Namespace) -> core.fitting.FitOptions:
     mean = arguments.mean_reflectance
-    if mean not in ("schlick", "table"):
+    if mean not in core.fitting.MEAN_REFLECTANCES:
         mean = core.TypeIII.from_optical_constants(core.optical_constants(mean), 0.1).mean_reflectance
     return core.fitting.FitOptions(
         material_type=arguments.type,

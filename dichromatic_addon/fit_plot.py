@@ -86,8 +86,7 @@ def _draw_components(axes: Any, fit: core.fitting.MaterialFit) -> None:
 
 
 def _draw_lobe(axes: Any, fit: core.fitting.MaterialFit) -> None:
-    geometry = fit.measurements.geometry
-    rho = np.degrees(geometry.from_mirror())
+    rho = np.degrees(fit.measurements.require_geometry("drawing the lobe").from_mirror())
     measured, fitted = fit.measurements.reflectances.mean(axis=1), fit.fit.fit.fitted.mean(axis=1)
     top = float(measured.max())
     axes.plot(rho, measured / top, "+", label="measured")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .components import Components, component_weights, extreme_components
 from .dichromatic import Candidate, Recommendation, SpectralTests, normalised, recommend_type, spectral_tests
 from .lobes import LobeFit, fit_lobe
-from .material_fit import MATERIAL_TYPES, FitOptions, MaterialFit, fit_material
+from .material_fit import MATERIAL_TYPES, MEAN_REFLECTANCES, FitOptions, MaterialFit, fit_material
 from .material_json import MaterialRecord, Provenance, provenance_of_fit, read_material_json, write_material_json
 from .measurement_files import read_measurements, write_measurements
 from .measurements import REFERENCES, MeasurementGeometry, Measurements
@@ -13,6 +13,7 @@ from .uncertainty import Interval, NoiseEstimate, SpectrumEstimate
 
 __all__ = [
     "MATERIAL_TYPES",
+    "MEAN_REFLECTANCES",
     "REFERENCES",
     "Candidate",
     "Components",

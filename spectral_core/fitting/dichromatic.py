@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ..errors import FittingError
 from ..reflection.attenuation import ATTENUATIONS
 from .distributions import f_quantile
-from .lobes import BodyAndLobe, MetalLobe, WeightedFit, fit_weighted
+from .lobes import BodyAndLobe, WeightedFit, fit_weighted
 from .measurements import MeasurementGeometry, Measurements
+from .metal_lobe import FixedWeight, FresnelWeight, MetalLobe, TableWeight, WeightModel
 
 __all__ = ["Candidate", "Recommendation", "SpectralTests", "normalised", "recommend_type", "spectral_tests"]
 
@@ -307,15 +308,16 @@ def compare_models(measurements: Measurements) -> tuple[Candidate, ...]:
         for name in ("I", "II")
         for kind in ATTENUATIONS
     ]
-    weight = (1.0 - np.cos(geometry.facet_incidence())) ** 5
-    candidates.append(Candidate("III", "facets", fit_weighted(MetalLobe(measurements, weight), data)))
-    if is_turned(geometry):
-        candidates.append(
-            Candidate("III", "elliptic facets", fit_weighted(MetalLobe(measurements, weight, True), data))
-        )
+    incidence = geometry.facet_incidence()
+    weights: list[WeightModel] = [FixedWeight((1.0 - np.cos(incidence)) ** 5), FresnelWeight(incidence)]
     if data.shape[0] > 3 and np.all(geometry.from_mirror() < 1.0e-6):
         # A mirror series, as in Fig. 4: the mean reflectance at each incidence can be read from the spectra.
-        candidates.append(Candidate("III", "facets", fit_weighted(MetalLobe(measurements, None), data)))
+        weights.append(TableWeight(incidence, several_each=False))
+    for weight in weights:
+        candidates.append(Candidate("III", "facets", fit_weighted(MetalLobe(measurements, weight), data)))
+        if is_turned(geometry):
+            model = MetalLobe(measurements, weight, anisotropic=True)
+            candidates.append(Candidate("III", "elliptic facets", fit_weighted(model, data)))
     return tuple(sorted(candidates, key=lambda c: c.fit.criterion))
 
 

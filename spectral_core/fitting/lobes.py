@@ -1,31 +1,44 @@
-"""The lobes as models to fit: f(rho) with its n for Types I and II, D with its beta for metals.
+"""The lobe f(rho) of Types I and II as a model to fit, and how any lobe is fitted (metals: ``metal_lobe``).
 
-Each model gives the geometric coefficients of its spectra for the M geometries of a data set, and their derivatives.
-The coefficients are those of the material classes; a test holds the two together.
+A model gives the geometric coefficients of its spectra for the M geometries of a data set, and their derivatives. The
+coefficients are those of the material classes; a test holds the two together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FittingError
 from ..reflection.attenuation import ATTENUATIONS, attenuation_at_angle
-from ..reflection.microfacet import attenuation_over_cosine, elliptic_facet_distribution
 from ..validation import require_choice, require_in_range
 from .measurements import Measurements
 from .separable import ModelTerms, SeparableFit, fit_separable, grid_start
 from .uncertainty import Interval, NoiseEstimate, estimate_noise, log_interval
 
-__all__ = ["BodyAndLobe", "LobeFit", "MetalLobe", "WeightedFit", "fit_lobe", "fit_weighted"]
+__all__ = ["BodyAndLobe", "LobeFit", "LobeModel", "WeightedFit", "fit_lobe", "fit_weighted"]
 
 Array = NDArray[np.float64]
 
 _EXPONENTS = (1.0e-3, 1.0e7)
-_HALF_VALUES = (1.0e-4, 0.5 * np.pi)
+
+
+class LobeModel(Protocol):
+    """What :func:`fit_weighted` needs to know of a model."""
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Ends of the parameters, two arrays (P,)."""
+
+    def candidates(self) -> Array:
+        """List starting values, (K, P)."""
+
+    def __call__(self, p: Array) -> ModelTerms:
+        """Evaluate the columns and their derivatives."""
 
 
 class BodyAndLobe:
@@ -108,200 +121,6 @@ class BodyAndLobe:
         return ModelTerms(np.stack([lobe, self._body], axis=1), np.stack([slope, np.zeros_like(slope)], axis=2))
 
 
-class MetalLobe:
-    """Type III: D G / (N.V) times the reflectance of Eq. 13, up to a common scale of the measurement.
-
-    The unknown spectrum is scale * S_I, the flat term scale * 1. The weight t = (Sa(phi) - Sa(0)) / (1 - Sa(0)) is
-    given, or one unknown for each incidence but the smallest, where it is 0 (a measured table is held from there down
-    to normal incidence).
-
-    Parameters
-    ----------
-    measurements : Measurements
-        With geometry.
-    weight : ndarray (M,) or None
-        t at each geometry; None fits it at each distinct incidence.
-    anisotropic : bool
-        Two half-value angles, along and across the grain.
-    beta : tuple of float, optional
-        Half-value angles along and across, held; None fits them.
-    scale : float, optional
-        Held at this value; None fits it.
-    incidence : {"facet", "surface"}
-        The angle phi: on the facet (half of that between L and V), or on the surface.
-    """
-
-    def __init__(
-        self,
-        measurements: Measurements,
-        weight: Array | None,
-        anisotropic: bool = False,
-        beta: tuple[float, float] | None = None,
-        scale: float | None = None,
-        incidence: str = "facet",
-    ) -> None:
-        geometry = measurements.require_geometry("fitting the facet distribution D")
-        require_choice("incidence", incidence, ("facet", "surface"))
-        self.beta = beta
-        self.scale = None if scale is None else float(require_in_range("scale", scale, 1.0e-12))
-        self._angles = 0 if beta is not None else 1 + int(anisotropic)
-        to_light, viewer, tangent = geometry.to_light(), geometry.to_viewer(), geometry.tangent()
-        bisector = to_light + viewer
-        sine = np.hypot(bisector[:, 0], bisector[:, 1])
-        ratio = np.arctan2(sine, bisector[:, 2]) / np.where(sine > 0.0, sine, 1.0)
-        self._along = ratio * (bisector[:, 0] * tangent[:, 0] + bisector[:, 1] * tangent[:, 1])
-        self._across = ratio * (bisector[:, 1] * tangent[:, 0] - bisector[:, 0] * tangent[:, 1])
-        self._masking = measurements.reference_factor() * attenuation_over_cosine(
-            np.cos(geometry.incidence), np.cos(geometry.viewing), np.sum(bisector**2, axis=1)
-        )
-        angles = geometry.facet_incidence() if incidence == "facet" else geometry.incidence
-        self.knots, self._knot = np.unique(np.round(angles, 6), return_inverse=True)
-        self._schlick = (1.0 - np.cos(self.knots)) ** 5
-        self._weight = weight
-        if weight is None and self.knots.size > geometry.count // 2 and self.knots.size > 1 and not self._mirror_only():
-            raise FittingError(
-                f"a table of the mean reflectance has {self.knots.size} distinct incidences for {geometry.count} "
-                "spectra: measure several spectra at each, or use another mean reflectance"
-            )
-
-    def _mirror_only(self) -> bool:
-        return bool(np.all(np.hypot(self._along, self._across) < 1.0e-6))
-
-    @property
-    def table_size(self) -> int:
-        """Number of unknown weights t.
-
-        Returns
-        -------
-        int
-            0 when the weights are given.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Own design.
-        """
-        return 0 if self._weight is not None else self.knots.size - 1
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Ends of ln beta (and ln beta across), then of the weights.
-
-        Returns
-        -------
-        tuple of ndarray (P,)
-            Low and high.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Own design.
-        """
-        low = [np.log(_HALF_VALUES[0])] * self._angles + [-20.0] * self.table_size
-        high = [np.log(_HALF_VALUES[1])] * self._angles + [1.0] * self.table_size
-        return np.array(low), np.array(high)
-
-    def candidates(self) -> Array:
-        """List starting values.
-
-        Returns
-        -------
-        ndarray (K, P)
-            A grid in ln beta; the weights begin at Schlick's law.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Own design.
-        """
-        steps = np.log(np.radians(np.geomspace(0.3, 75.0, 24 if self._angles == 1 else 12)))
-        grid = np.stack(np.meshgrid(*[steps] * self._angles, indexing="ij"), axis=-1).reshape(-1, self._angles)
-        if self._angles == 0:
-            grid = np.zeros((1, 0))
-        table = np.tile(self._schlick[1:] if self.table_size else np.zeros(0), (grid.shape[0], 1))
-        return np.concatenate([grid, table], axis=1)
-
-    def half_values(self, p: Array) -> tuple[float, float]:
-        """Tell the half-value angles along and across the grain.
-
-        Parameters
-        ----------
-        p : ndarray (P,)
-            Parameters.
-
-        Returns
-        -------
-        tuple of float
-            Radians.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Tominaga 1996, Eq. 11.
-        """
-        if self.beta is not None:
-            return self.beta
-        beta = np.exp(p[: self._angles])
-        return float(beta[0]), float(beta[-1])
-
-    def weights(self, p: Array) -> Array:
-        """Tell the weights t of a fitted table.
-
-        Parameters
-        ----------
-        p : ndarray (P,)
-            Parameters.
-
-        Returns
-        -------
-        ndarray (K,)
-            t at each of `knots`.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Tominaga 1996, Eq. 13.
-        """
-        return np.concatenate([[0.0], p[self._angles :]])
-
-    def __call__(self, p: Array) -> ModelTerms:
-        """Evaluate the columns and their derivatives."""
-        along, across = self.half_values(p)
-        lobe = elliptic_facet_distribution(self._along, self._across, along, across) * self._masking
-        slopes = [
-            2.0 * np.log(2.0) * (tilt / beta) ** 2 * lobe
-            for tilt, beta in ((self._along, along), (self._across, across))
-        ]
-        if self._angles == 1:
-            slopes = [slopes[0] + slopes[1]]
-        lobe_slopes = np.array(slopes[: self._angles]).reshape(self._angles, lobe.size)
-        t = self._weight if self._weight is not None else self.weights(p)[self._knot]
-        moves = np.zeros((self.table_size, lobe.size))
-        if self.table_size:
-            moves[:] = (self._knot[None, :] == np.arange(1, self.knots.size)[:, None]) * lobe
-        free_slopes = np.concatenate([lobe_slopes * (1.0 - t), -moves])[:, :, None]
-        constant, constant_slopes = lobe * t, np.concatenate([lobe_slopes * t, moves])
-        free = (lobe * (1.0 - t))[:, None]
-        if self.scale is None:
-            return ModelTerms(free, free_slopes, flat=constant, flat_slopes=constant_slopes)
-        return ModelTerms(free, free_slopes, fixed=self.scale * constant, fixed_slopes=self.scale * constant_slopes)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class WeightedFit:
     """A fit with the noise that its own residuals show.
@@ -330,12 +149,12 @@ class WeightedFit:
     criterion: float
 
 
-def fit_weighted(model: BodyAndLobe | MetalLobe, data: Array, rounds: int = 4) -> WeightedFit:
+def fit_weighted(model: LobeModel, data: Array, rounds: int = 4) -> WeightedFit:
     """Fit a model, estimate the noise from the residuals, weigh by it, and repeat.
 
     Parameters
     ----------
-    model : BodyAndLobe or MetalLobe
+    model : LobeModel
         The model.
     data : ndarray (M, W)
         Measured values.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from ..reflection import (
     MEAN_BAND_NM,
     MeanReflectance,
     MeasuredMeanReflectance,
+    OpticalMeanReflectance,
     SchlickMeanReflectance,
     TypeI,
     TypeII,
@@ -21,17 +22,22 @@ from ..reflection import (
 from ..spectra import Spectrum
 from ..validation import require_choice, require_in_range
 from .dichromatic import Recommendation, is_turned, recommend_type
-from .lobes import BodyAndLobe, MetalLobe, WeightedFit, fit_weighted
+from .lobes import BodyAndLobe, WeightedFit, fit_weighted
 from .measurements import Measurements
+from .metal_lobe import FixedWeight, FresnelWeight, MetalLobe, TableWeight, WeightModel, metal_incidence
 from .uncertainty import Interval, SpectrumEstimate, log_interval, spectrum_interval
 
-__all__ = ["MATERIAL_TYPES", "FitOptions", "MaterialFit", "fit_material"]
+__all__ = ["MATERIAL_TYPES", "MEAN_REFLECTANCES", "FitOptions", "MaterialFit", "fit_material"]
 
 Array = NDArray[np.float64]
 
 MATERIAL_TYPES = ("I", "II", "III")
 """Names of the three types."""
 
+MEAN_REFLECTANCES = ("auto", "schlick", "fresnel", "table")
+"""Ways to find the mean reflectance Sa(phi) of a metal."""
+
+_SCALE_SPREAD = 0.2  # a scale known no better than this would leave S_I without meaning
 _LARGEST_SPREAD = 1.0  # a standard deviation of ln n or ln beta beyond this tells nothing about n or beta
 
 
@@ -51,8 +57,9 @@ class FitOptions:
         Type III: held half-value angles in radians, above 0 to pi/2; `beta_across` only with `beta`.
     anisotropic : bool, optional
         Type III: whether to fit two half-value angles; None lets the data decide.
-    mean_reflectance : {"schlick", "table"} or MeanReflectance
-        Type III: Sa(phi) by Schlick's law, as a table fitted at the incidences measured, or known beforehand.
+    mean_reflectance : {"auto", "schlick", "fresnel", "table"} or MeanReflectance
+        Type III: Sa(phi) by Schlick's law, by Fresnel's equations with one n and k that are fitted, the better of the
+        two ("auto"), as a table fitted at the incidences measured, or known beforehand.
     scale : float, optional
         Type III: the factor of the values over Eq. 10, held; None fits it, where the data determine it.
     incidence : {"facet", "surface"}
@@ -67,7 +74,7 @@ class FitOptions:
     beta: float | None = None
     beta_across: float | None = None
     anisotropic: bool | None = None
-    mean_reflectance: str | MeanReflectance = "schlick"
+    mean_reflectance: str | MeanReflectance = "auto"
     scale: float | None = None
     incidence: str = "facet"
     confidence: float = 0.95
@@ -78,7 +85,7 @@ class FitOptions:
         if self.attenuation is not None:
             require_choice("attenuation", self.attenuation, ATTENUATIONS)
         if isinstance(self.mean_reflectance, str):
-            require_choice("mean_reflectance", self.mean_reflectance, ("schlick", "table"))
+            require_choice("mean_reflectance", self.mean_reflectance, MEAN_REFLECTANCES)
         for name in ("beta", "beta_across"):
             if getattr(self, name) is not None:
                 require_in_range(name, getattr(self, name), 1.0e-6, 0.5 * np.pi, unit="rad")
@@ -286,19 +293,21 @@ def _fit_dielectric(
     )
 
 
-def _metal_weight(measurements: Measurements, options: FitOptions) -> Array | None:
-    """Evaluate t at each geometry; None where it is to be fitted."""
+def _weight_models(measurements: Measurements, options: FitOptions) -> list[WeightModel]:
+    """List the mean reflectances to try."""
     geometry = measurements.require_geometry("fitting a metal")
-    angle = geometry.facet_incidence() if options.incidence == "facet" else geometry.incidence
+    angle = metal_incidence(geometry, options.incidence)
     if isinstance(options.mean_reflectance, MeanReflectance):
-        return np.asarray(1.0 - options.mean_reflectance.interface_weight(np.cos(angle)))
-    return (1.0 - np.cos(angle)) ** 5 if options.mean_reflectance == "schlick" else None
+        return [FixedWeight(np.asarray(1.0 - options.mean_reflectance.interface_weight(np.cos(angle))))]
+    if options.mean_reflectance == "table":
+        return [TableWeight(angle, several_each=not np.all(geometry.from_mirror() < 1.0e-6))]
+    schlick, fresnel = FixedWeight((1.0 - np.cos(angle)) ** 5), FresnelWeight(angle)
+    models: dict[str, list[WeightModel]] = {"schlick": [schlick], "fresnel": [fresnel], "auto": [schlick, fresnel]}
+    return models[options.mean_reflectance]
 
 
-def _best_metal(
-    measurements: Measurements, options: FitOptions, weight: Array | None, scale: float | None
-) -> tuple[MetalLobe, WeightedFit, bool]:
-    """Fit the isotropic or the anisotropic lobe, whichever is asked for or fits better."""
+def _best_metal(measurements: Measurements, options: FitOptions, scale: float | None) -> tuple[MetalLobe, WeightedFit]:
+    """Fit the lobes and mean reflectances that are asked for, and take the best."""
     geometry = measurements.require_geometry("fitting a metal")
     held = None if options.beta is None else (options.beta, options.beta_across or options.beta)
     if held is not None:
@@ -307,41 +316,31 @@ def _best_metal(
         shapes = [False, True] if is_turned(geometry) else [False]
     else:
         shapes = [options.anisotropic]
-    tried = []
-    for shape in shapes:
-        model = MetalLobe(measurements, weight, shape, held, scale, options.incidence)
-        tried.append((model, fit_weighted(model, measurements.reflectances), shape))
-    return min(tried, key=lambda t: t[1].criterion)
+    models = [
+        MetalLobe(measurements, weight, shape, held, scale)
+        for weight in _weight_models(measurements, options)
+        for shape in shapes
+    ]
+    return min(((m, fit_weighted(m, measurements.reflectances)) for m in models), key=lambda pair: pair[1].criterion)
 
 
 def _fit_metal(measurements: Measurements, recommendation: Recommendation, options: FitOptions) -> MaterialFit:
     notes: list[str] = []
-    weight = _metal_weight(measurements, options)
-    model, best, anisotropic = _best_metal(measurements, options, weight, options.scale)
+    model, best = _best_metal(measurements, options, options.scale)
     scale = options.scale
     if scale is None:
         level, deviation = best.fit.level, float(np.sqrt(best.fit.level_variance * best.variance))
-        if not (np.isfinite(deviation) and level > 0.0 and deviation < 0.2 * level):
+        if not (np.isfinite(deviation) and level > 0.0 and deviation < _SCALE_SPREAD * level):
             scale = max(1.0, float(best.fit.spectra[0].max()) * (1.0 + 1.0e-9))
             notes.append(
                 "The data do not determine the scale over Eq. 10 (no spectrum near grazing incidence): "
                 f"held at {scale:.6g}."
             )
-            model, best, anisotropic = _best_metal(measurements, options, weight, scale)
-    solution, freedom = best.fit, float(best.degrees_of_freedom)
-    confidence = options.confidence
-    parameters: list[Interval] = []
-    degree = float(np.log(np.degrees(1.0)))
-    names = ("beta", "beta_across") if anisotropic else ("beta",)
-    along, across = model.half_values(solution.parameters)
-    for index, name in enumerate(names):
-        if options.beta is not None:
-            value = float(np.degrees((along, across)[index]))
-            parameters.append(Interval(f"{name} (held)", value, value, value, "deg"))
-            continue
-        spread = _require_determined(best, index, name, "measure away from the mirror direction, or hold beta")
-        logarithm = float(solution.parameters[index]) + degree
-        parameters.append(log_interval(name, logarithm, spread, freedom, confidence, "deg"))
+            # Without that scale nothing can be said of how the reflectance rises either.
+            simple = replace(options, mean_reflectance="schlick") if options.mean_reflectance == "auto" else options
+            model, best = _best_metal(measurements, simple, scale)
+    parameters = _half_value_intervals(model, best, options)
+    solution, freedom, confidence = best.fit, float(best.degrees_of_freedom), options.confidence
     if scale is None:
         unit = solution.level
         relative = float(np.sqrt(solution.level_variance * best.variance)) / unit
@@ -362,18 +361,44 @@ def _fit_metal(measurements: Measurements, recommendation: Recommendation, optio
         wavelengths, reflectance, np.sqrt(np.maximum(spread_squared * best.variance, 0.0)), freedom, confidence
     )
     normal = Spectrum(wavelengths, _clipped(reflectance, 1.0, "S_I", notes), "normal reflectance")
-    mean = _mean_reflectance(model, solution.parameters, normal, options)
-    material = TypeIII(normal, mean, along, across if anisotropic else None, options.incidence)
+    mean = _mean_reflectance(model, solution.parameters, normal, options, notes)
+    along, across = model.half_values(solution.parameters)
+    material = TypeIII(normal, mean, along, across if model.anisotropic else None, options.incidence)
     return MaterialFit(
         material, measurements, recommendation, tuple(parameters), interface, None, best, confidence, tuple(notes)
     )
 
 
-def _mean_reflectance(model: MetalLobe, p: Array, normal: Spectrum, options: FitOptions) -> MeanReflectance:
+def _half_value_intervals(model: MetalLobe, best: WeightedFit, options: FitOptions) -> list[Interval]:
+    """Intervals of beta, or beta and beta across, in degrees."""
+    found = []
+    values = model.half_values(best.fit.parameters)
+    for index, name in enumerate(("beta", "beta_across") if model.anisotropic else ("beta",)):
+        if options.beta is not None:
+            value = float(np.degrees(values[index]))
+            found.append(Interval(f"{name} (held)", value, value, value, "deg"))
+            continue
+        spread = _require_determined(best, index, name, "measure away from the mirror direction, or hold beta")
+        logarithm = float(best.fit.parameters[index] + np.log(np.degrees(1.0)))
+        freedom = float(best.degrees_of_freedom)
+        found.append(log_interval(name, logarithm, spread, freedom, options.confidence, "deg"))
+    return found
+
+
+def _mean_reflectance(
+    model: MetalLobe, p: Array, normal: Spectrum, options: FitOptions, notes: list[str]
+) -> MeanReflectance:
     if isinstance(options.mean_reflectance, MeanReflectance):
         return options.mean_reflectance
     at_normal = float(np.clip(normal.at(MEAN_BAND_NM).mean(), 0.0, 1.0))
-    if options.mean_reflectance == "schlick":
-        return SchlickMeanReflectance(at_normal)
-    mean = 1.0 - (1.0 - model.weights(p)) * (1.0 - at_normal)
-    return MeasuredMeanReflectance(model.knots, np.clip(mean, 0.0, 1.0))
+    q = model.weight_parameters(p)
+    if isinstance(model.weight, FresnelWeight):
+        n, k = np.exp(q)
+        notes.append(f"Sa(phi) follows Fresnel's equations with n = {n:.3g} and k = {k:.3g} at all wavelengths.")
+        return OpticalMeanReflectance(np.array([n]), np.array([k]))
+    if isinstance(model.weight, TableWeight):
+        mean = 1.0 - (1.0 - np.concatenate([[0.0], q])) * (1.0 - at_normal)
+        notes.append(f"Sa(phi) is a table of {mean.size} incidences.")
+        return MeasuredMeanReflectance(model.weight.knots, np.clip(mean, 0.0, 1.0))
+    notes.append("Sa(phi) follows Schlick's law.")
+    return SchlickMeanReflectance(at_normal)

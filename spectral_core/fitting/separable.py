@@ -380,11 +380,11 @@ def fit_separable(
                 break
         if not trial_cost < cost:
             break
-        moved = float(np.max(np.abs(trial - p)))
+        moved, stalled = float(np.max(np.abs(trial - p))), cost - trial_cost < 1.0e-13 * cost
         p, damping = trial, max(damping / 10.0, 1.0e-12)
         basis, spectra, level, residual, jacobian, drift = _linearise(model(p), data, root_weights)
         cost = float(np.sum(residual * residual))
-        if moved < 1.0e-13 * (1.0 + float(np.max(np.abs(p)))):
+        if stalled or moved < 1.0e-13 * (1.0 + float(np.max(np.abs(p)))):
             break
     terms = model(p)
     fitted = terms.free @ spectra
