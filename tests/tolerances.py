@@ -54,3 +54,9 @@ TRISTIMULUS_SUM = 1e-9
 
 # Weights of a Lagrange table by two formulas for the same coefficients: some hundred products, all of order 0.1.
 ASTM_WEIGHTS = 1e-13
+
+# Fresnel near total reflection rises like a square root: 2**-53 in the cosine is up to 1e-8 in the reflectance.
+FRESNEL_AT_CORNERS = 2e-7
+
+# OpticalMeanReflectance checks its table of 2048 cubics against the exact mean and holds it to 1e-9 of 1 - Sa(0).
+TABLE_OF_MEAN_REFLECTANCE = 1e-9

@@ -32,9 +32,9 @@ from .microfacet import (
 
 __all__ = [
     "ATTENUATIONS",
-    "AngularResponse",
     "INCIDENCES",
     "MEAN_BAND_NM",
+    "AngularResponse",
     "Material",
     "MeanReflectance",
     "MeasuredMeanReflectance",

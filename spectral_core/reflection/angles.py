@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
-from ..validation import require_in_range
+from ..validation import require_finite, require_in_range
 
 __all__ = ["ReflectionGeometry", "angle_between", "chord_squared", "mirror_direction", "reflection_geometry"]
 
@@ -42,7 +42,11 @@ def floating_type(*arrays: NDArray[Any]) -> np.dtype[Any]:
 
 def within(name: str, angle: ArrayLike, low: float, high: float) -> Float64:
     """Return angles in float64, or raise; those that a shorter type has rounded out of the range are put back."""
-    return np.clip(require_in_range(name, angle, low - ANGLE_SLACK, high + ANGLE_SLACK, unit="rad"), low, high)
+    angle = require_finite(name, angle)
+    angle = np.where((angle > high) & (angle <= high + ANGLE_SLACK), high, angle)
+    if low < 0.0:
+        angle = np.where((angle < low) & (angle >= low - ANGLE_SLACK), low, angle)
+    return require_in_range(name, angle, low, high, unit="rad")
 
 
 def vectors(name: str, value: ArrayLike) -> NDArray[Any]:
@@ -79,7 +83,7 @@ def unit_float64(array: NDArray[Any]) -> Float64:
     if wide is array:
         return wide
     length = np.sqrt(np.einsum("...i,...i->...", wide, wide))[..., None]
-    return wide / np.where(length > 0.0, length, 1.0)
+    return np.asarray(wide / np.where(length > 0.0, length, 1.0))
 
 
 def angle_between(first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
