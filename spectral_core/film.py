@@ -129,15 +129,39 @@ class Film:
             raise InvalidParameterError("this film was not kept by terms, so no spectra can be applied to it")
         terms = self.terms
         table = spectra.tristimulus_table(terms, observer, grid)
-        image = self._apply(table, terms, dtype)
+        image = self.weighted_sum(table, terms, dtype)
         if self.fixed_tristimulus is not None:
             image += self.fixed_tristimulus
         return image
 
-    def _apply(
-        self, table: NDArray[np.float64], terms: Sequence[Term], dtype: type[np.floating[Any]] | None
+    def weighted_sum(
+        self, table: NDArray[np.float64], terms: Sequence[Term], dtype: type[np.floating[Any]] | None = None
     ) -> NDArray[np.floating[Any]]:
-        """Sum of coefficients times the rows of `table` (K, C) in every pixel: (height, width, C)."""
+        """Sum coefficient times a row of a table, in every pixel; colour is such a sum, and so is a spectrum.
+
+        Parameters
+        ----------
+        table : ndarray of float64, shape (K, C)
+            What each term weighs.
+        terms : sequence of Term, length K
+            The film's terms.
+        dtype : numpy dtype, optional
+            float32 or float64; that of the coefficients when left out.
+
+        Returns
+        -------
+        ndarray, shape (height, width, C)
+            The sums.
+
+        Raises
+        ------
+        KeyError
+            If a term of the film is not among `terms`.
+
+        References
+        ----------
+        Own design.
+        """
         if dtype is None:
             dtype = np.float64 if any(b.coefficients.dtype == np.float64 for b in self.blocks) else np.float32
         index = {term: row for row, term in enumerate(terms)}

@@ -1,0 +1,208 @@
+"""Renders kept with their film: one compressed .npz that opens again without a scene, to be relit and probed."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .development import Development
+from .display import display
+from .errors import DichromaticError, InvalidParameterError
+from .film import Film, FilmBlock
+from .renderer import Render
+from .scene_spectra import Emitter, ReflectanceSlot, SceneSpectra, Term
+from .spectra import Spectrum
+from .statistics import RenderStatistics
+
+__all__ = ["FORMAT_VERSION", "open_render", "save_render"]
+
+FORMAT_VERSION = 1
+_FORMAT = "dichromatic-render"
+
+
+def save_render(path: str | os.PathLike[str], render: Render, development: Development | None = None) -> None:
+    """Write a render with its film and spectra.
+
+    Parameters
+    ----------
+    path : path-like
+        Ends in ".npz"; an existing file is replaced only when the new one is complete.
+    render : Render
+        What to keep.
+    development : Development, optional
+        How its picture is made; the display must be one of ``display.DISPLAYS``.
+
+    Raises
+    ------
+    InvalidParameterError
+        If the suffix is another.
+    DichromaticError
+        If the file cannot be written.
+
+    References
+    ----------
+    Own design.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".npz":
+        raise InvalidParameterError(f"a render is kept in a file that ends in .npz, but the name is {target.name}")
+    development = development or Development()
+    arrays: dict[str, NDArray[Any]] = {"coverage": render.film.coverage, "depth": render.depth}
+    if render.film.fixed_tristimulus is not None:
+        arrays["fixed_tristimulus"] = render.film.fixed_tristimulus
+    blocks = []
+    for number, block in enumerate(render.film.blocks):
+        arrays[f"pixels_{number}"] = block.pixels
+        arrays[f"coefficients_{number}"] = block.coefficients
+        blocks.append([[term.emitter, *term.slots] for term in block.terms])
+    store = _SpectrumStore(arrays)
+    header = {
+        "format": _FORMAT,
+        "version": FORMAT_VERSION,
+        "width": render.film.width,
+        "height": render.film.height,
+        "observer": render.observer,
+        "grid": render.grid,
+        "blocks": blocks,
+        "emitters": [
+            {"name": e.name, "illuminant": store.add(e.illuminant), "strength": e.strength}
+            for e in render.spectra.emitters
+        ],
+        "slots": [
+            {
+                "material": s.material,
+                "component": s.component,
+                "reflectance": store.add(s.reflectance),
+                "is_unit": s.is_unit,
+            }
+            for s in render.spectra.slots
+        ],
+        "development": {
+            "display": development.shown.name,
+            "adopted_white": store.add(development.adopted_white),
+            "adaptation": development.adaptation,
+            "exposure": development.exposure,
+            "gamut": development.gamut,
+        },
+        "statistics": dataclasses.asdict(render.statistics),
+    }
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    _replace(target, buffer.getbuffer())
+
+
+def _replace(target: Path, content: memoryview) -> None:
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=".npz", dir=target.parent)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            os.replace(temporary, target)
+        except BaseException:
+            os.remove(temporary)
+            raise
+    except OSError as error:
+        raise DichromaticError(f"{target} cannot be written: {error}") from error
+
+
+class _SpectrumStore:
+    """Puts each distinct spectrum into the archive once."""
+
+    def __init__(self, arrays: dict[str, NDArray[Any]]) -> None:
+        self._arrays = arrays
+        self._numbers: dict[tuple[bytes, str], int] = {}
+
+    def add(self, spectrum: Spectrum) -> dict[str, Any]:
+        key = (spectrum.key, spectrum.name)
+        if key not in self._numbers:
+            number = self._numbers[key] = len(self._numbers)
+            self._arrays[f"spectrum_{number}"] = np.stack([spectrum.wavelengths_nm, spectrum.values])
+        return {
+            "array": f"spectrum_{self._numbers[key]}",
+            "name": spectrum.name,
+            "interpolation": spectrum.interpolation,
+        }
+
+
+def open_render(path: str | os.PathLike[str]) -> tuple[Render, Development]:
+    """Read a render that :func:`save_render` wrote.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Returns
+    -------
+    render : Render
+        With its film, ready to be relit.
+    development : Development
+        How its picture is made.
+
+    Raises
+    ------
+    DichromaticError
+        If the file cannot be read, is no such render, is damaged, or is of a later version.
+
+    References
+    ----------
+    Own design.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise DichromaticError(f"{path} cannot be read as a render: {error}") from error
+    try:
+        header = json.loads(arrays["header"].tobytes())
+    except (KeyError, ValueError) as error:
+        raise DichromaticError(f"{path} is no render of this program: it has no header") from error
+    if header.get("format") != _FORMAT:
+        raise DichromaticError(f"{path} is no render of this program: its format is {header.get('format')!r}")
+    if header.get("version") != FORMAT_VERSION:
+        raise DichromaticError(
+            f"{path} has version {header.get('version')!r} of the format; this program reads version {FORMAT_VERSION}"
+        )
+    try:
+        return _build(header, arrays)
+    except (KeyError, IndexError, TypeError) as error:
+        raise DichromaticError(f"{path} is damaged: {error!r}") from error
+
+
+def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Render, Development]:
+    def spectrum(entry: dict[str, Any]) -> Spectrum:
+        wavelengths_nm, values = arrays[entry["array"]]
+        return Spectrum(wavelengths_nm, values, entry["name"], entry["interpolation"])
+
+    blocks = tuple(
+        FilmBlock(
+            tuple(Term(term[0], tuple(term[1:])) for term in terms),
+            arrays[f"pixels_{number}"],
+            arrays[f"coefficients_{number}"],
+        )
+        for number, terms in enumerate(header["blocks"])
+    )
+    film = Film(header["width"], header["height"], blocks, arrays["coverage"], arrays.get("fixed_tristimulus"))
+    spectra = SceneSpectra(
+        tuple(Emitter(e["name"], spectrum(e["illuminant"]), e["strength"]) for e in header["emitters"]),
+        tuple(
+            ReflectanceSlot(s["material"], s["component"], spectrum(s["reflectance"]), s["is_unit"])
+            for s in header["slots"]
+        ),
+    )
+    made = header["development"]
+    development = Development(
+        display(made["display"]), spectrum(made["adopted_white"]), made["adaptation"], made["exposure"], made["gamut"]
+    )
+    statistics = RenderStatistics(**header["statistics"])
+    return Render(film, spectra, header["observer"], header["grid"], arrays["depth"], statistics), development
