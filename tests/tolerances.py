@@ -60,3 +60,13 @@ FRESNEL_AT_CORNERS = 2e-7
 
 # OpticalMeanReflectance checks its table of 2048 cubics against the exact mean and holds it to 1e-9 of 1 - Sa(0).
 TABLE_OF_MEAN_REFLECTANCE = 1e-9
+
+# A standard that prints four decimals: half a unit in the last of them.
+STANDARD_FOUR_DIGITS = 5.1e-5
+
+# The product against the printed formulas in float64: arccos of a cosine near 1 loses half the digits, 1e-8 rad.
+PLAIN_FORMULAS = 1e-7
+
+# Figures of copper's locus, given to four decimals (x, y) and two (Y); the integration step of the source is not told.
+PUBLISHED_XY = 5e-4
+PUBLISHED_LUMINANCE = 0.2

@@ -435,6 +435,14 @@ CASES: tuple[Case, ...] = (
         _metal_at_horizon,
     ),
     _case(
+        "TypeIII.coefficients, elliptic",
+        "both angles 0.06 to 90 deg, any tangent",
+        OF_PEAK,
+        2e-7,
+        1e-8,
+        _brushed_metal,
+    ),
+    _case(
         "absorptance",
         "n 0.02 to 20, k 0.01 to 20, cos from 1 to the smallest denormal",
         RELATIVE,

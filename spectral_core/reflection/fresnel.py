@@ -303,7 +303,7 @@ def hall_absorbing_estimate(
     """Estimate the reflectance at an incidence with the angular course of a medium of n = 1 and fitted absorption.
 
     The share of the constant part follows the reflectance F of a medium with n = 1 and the extinction coefficient
-    k = 2 sqrt(R / (1 - R)) that gives the mean normal reflectance R: S = S_I + (1 - S_I)(F(phi) - R)/(1 - R).
+    k = 2 sqrt(R / (1 - R)) that gives the mean normal reflectance R: S = S_I + (1 - S_I) max(0, F(phi) - R)/(1 - R).
 
     Parameters
     ----------
@@ -333,5 +333,5 @@ def hall_absorbing_estimate(
     absorbed = 1.0 - mean
     safe = np.where(absorbed > 0.0, absorbed, 1.0)
     extinction = np.minimum(2.0 * np.sqrt(mean / safe), MAX_INDEX)
-    ratio = np.where(absorbed > 0.0, absorptance(cos_incidence, 1.0, extinction) / safe, 1.0)
+    ratio = np.minimum(np.where(absorbed > 0.0, absorptance(cos_incidence, 1.0, extinction) / safe, 1.0), 1.0)
     return np.asarray(np.clip(1.0 - ratio * (1.0 - reflectance), 0.0, 1.0))
