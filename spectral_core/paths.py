@@ -1,8 +1,8 @@
 """Mirror paths: bundles of rays with the monomials that their light will be multiplied by.
 
 A bounce off a metal multiplies the light by w S_I + (1 - w), one off a plastic or a cloth by a multiple of S_I; so
-after some bounces a ray carries a polynomial in the slots it met, with geometric weights. Short ones are kept exactly by
-the film; longer ones are evaluated at the nodes of a wavelength grid, and the rays carry these.
+after some bounces a ray carries a polynomial in the slots it met, with geometric weights. The film keeps short ones
+exactly; longer ones are evaluated at the nodes of a wavelength grid, and the rays carry these.
 """
 
 from __future__ import annotations

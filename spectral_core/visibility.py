@@ -14,8 +14,12 @@ from .tracing.bvh import Bvh
 from .tracing.camera import Camera
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
+from .tracing.rasterize import PrimaryView
 
 __all__ = ["Visibility"]
+
+_VIEW_BYTES = 1 << 28  # projected triangles that may be kept between bands
+_BYTES_A_TRIANGLE = 80
 
 
 class Visibility:
@@ -37,7 +41,7 @@ class Visibility:
         self._width = width
         self._height = height
         self._trees: dict[bytes, Bvh] = {}
-        self._seen = self._tree(geometry.camera_visible)
+        self._views: dict[tuple[float, float], PrimaryView] = {}
         self._casting = self._tree(geometry.shadow_visible)
 
     def _tree(self, members: NDArray[np.bool_]) -> Bvh:
@@ -101,15 +105,23 @@ class Visibility:
         ----------
         Own design.
         """
+        hits = self._view(offset).hits((first_row, end_row))
         x = np.tile(np.arange(self._width) + offset[0], end_row - first_row)
         y = np.repeat(np.arange(first_row, end_row) + offset[1], self._width)
-        origins, directions = self._camera.rays(x, y, self._width, self._height)
-        reach = self._camera.reach(directions)
+        _, directions = self._camera.rays(x, y, self._width, self._height)
         dtype = self._geometry.dtype
-        hits = self._seen.closest(self._geometry.recentred(origins), directions.astype(dtype), reach)
         axis = -self._camera.matrix[:3, 2]
         depth = hits.distance * (directions @ axis).astype(dtype) + dtype.type(self._camera.clip_start)
         return hits, directions.astype(dtype), depth
+
+    def _view(self, offset: NDArray[np.float64]) -> PrimaryView:
+        """Project the triangles for one sub-pixel position; kept for the next band while memory allows."""
+        key = (float(offset[0]), float(offset[1]))
+        if key not in self._views:
+            if len(self._views) >= max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count)):
+                self._views.clear()
+            self._views[key] = PrimaryView(self._geometry, self._camera, self._width, self._height, key)
+        return self._views[key]
 
     def unoccluded(
         self, light: Light, points: SurfacePoints, illumination: Illumination, candidates: NDArray[np.int64]

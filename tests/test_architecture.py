@@ -27,9 +27,9 @@ STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"colorimetry", "display", "display_files", "rgb_uplift", "library", "synthetic_reflectances"}),
     frozenset({"reflection", "tracing"}),
     frozenset({"lights", "scene_spectra", "scene", "fitting"}),
-    frozenset({"plan", "shading", "film", "visibility", "paths", "statistics"}),
+    frozenset({"development", "plan", "shading", "film", "visibility", "paths", "statistics", "transport"}),
     frozenset({"renderer"}),
-    frozenset({"tradeoff"}),
+    frozenset({"render_file", "spectral_exr", "studies", "tradeoff"}),
 )
 
 # tracing knows meshes and rays, never a spectrum; reflection knows vectors and spectra, never a mesh.
