@@ -7,28 +7,67 @@ holds coefficients, the spectra are integrated once per scene, and a lamp or a p
 from __future__ import annotations
 
 from . import fitting
-from .colorimetry import chromatic_adaptation, delta_e_2000, lab, observer, wavelength_grid, white_point
-from .errors import DichromaticError
-from .library import illuminant, metal_names, optical_constants, reflectance
+from .colorimetry import (
+    chromatic_adaptation,
+    delta_e_2000,
+    lab,
+    observer,
+    tristimulus_weights,
+    wavelength_grid,
+    white_point,
+)
+from .display import DISPLAYS, GAMUT_METHODS, SRGB_WHITE, display, fit_to_gamut
+from .errors import (
+    DichromaticError,
+    InvalidParameterError,
+    MissingDependencyError,
+    RenderCancelledError,
+    SceneError,
+    SpectrumFileError,
+)
+from .image_io import IMAGE_SUFFIXES, write_image
+from .library import (
+    illuminant,
+    illuminant_names,
+    metal_names,
+    optical_constants,
+    reflectance,
+    reflectance_names,
+)
 from .lights import PointLight, SpotLight, SunLight
-from .reflection.materials import TypeI, TypeII, TypeIII
+from .reflection.attenuation import ATTENUATIONS
+from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .renderer import Render, render
+from .rgb_uplift import uplift
 from .scene import RenderSettings, Scene, World
-from .spectra import Spectrum, blackbody, daylight
+from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
+from .spectrum_files import read_spectrum
 from .tracing import Camera, Instance, Mesh
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "ATTENUATIONS",
+    "DISPLAYS",
+    "GAMUT_METHODS",
+    "IMAGE_SUFFIXES",
+    "REFERENCE_WAVELENGTHS_NM",
+    "SRGB_WHITE",
     "Camera",
     "DichromaticError",
     "Instance",
+    "InvalidParameterError",
+    "Material",
     "Mesh",
+    "MissingDependencyError",
     "PointLight",
     "Render",
+    "RenderCancelledError",
     "RenderSettings",
     "Scene",
+    "SceneError",
     "Spectrum",
+    "SpectrumFileError",
     "SpotLight",
     "SunLight",
     "TypeI",
@@ -40,14 +79,23 @@ __all__ = [
     "chromatic_adaptation",
     "daylight",
     "delta_e_2000",
+    "display",
+    "fit_to_gamut",
     "fitting",
+    "gaussian",
     "illuminant",
+    "illuminant_names",
     "lab",
     "metal_names",
     "observer",
     "optical_constants",
+    "read_spectrum",
     "reflectance",
+    "reflectance_names",
     "render",
+    "tristimulus_weights",
+    "uplift",
     "wavelength_grid",
     "white_point",
+    "write_image",
 ]

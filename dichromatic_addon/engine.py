@@ -1,0 +1,238 @@
+"""The render engine: F12, ``blender -b FILE -E DICHROMATIC -f 1`` and animations."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import core
+from .names import ENGINE_ID
+from .progress_bar import format_duration
+from .scene_export import ExportedScene, export_scene
+
+__all__ = [
+    "CLASSES",
+    "Capture",
+    "DichromaticRenderEngine",
+    "FinishedLayer",
+    "begin_capture",
+    "capture",
+    "end_capture",
+    "register",
+    "unregister",
+]
+
+_BANDS_WANTED = 24  # so that the window shows the picture growing, and ESC is asked often
+_LEAST_BAND_SAMPLES = 1 << 14  # smaller bands cost more than they show
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedLayer:
+    """What one view layer's render left behind.
+
+    Attributes
+    ----------
+    render : Render
+        Film, spectra, depth and statistics.
+    exported : ExportedScene
+        What was rendered, and how its colours are shown.
+    """
+
+    render: Any
+    exported: ExportedScene
+
+
+@dataclass(slots=True)
+class Capture:
+    """What renders inside a ``with capture()`` block produced, and how they report.
+
+    Attributes
+    ----------
+    progress : callable, optional
+        Called as ``progress(fraction, message)``; Blender's own status line is left alone then.
+    adjust : callable, optional
+        From the exported RenderSettings to those that are used.
+    layers : list of FinishedLayer
+        In the order of rendering.
+    error : Exception or None
+        What ended a render early.
+    """
+
+    progress: Callable[[float, str], None] | None = None
+    adjust: Callable[[Any], Any] | None = None
+    layers: list[FinishedLayer] = field(default_factory=list)
+    error: BaseException | None = None
+
+
+_captures: list[Capture] = []
+
+
+@contextmanager
+def capture(
+    progress: Callable[[float, str], None] | None = None, adjust: Callable[[Any], Any] | None = None
+) -> Iterator[Capture]:
+    """Collect what the engine renders inside the block; Blender's render operator itself returns no pixels."""
+    made = begin_capture(progress, adjust)
+    try:
+        yield made
+    finally:
+        end_capture(made)
+
+
+def begin_capture(
+    progress: Callable[[float, str], None] | None = None, adjust: Callable[[Any], Any] | None = None
+) -> Capture:
+    """Start to collect what the engine renders, until :func:`end_capture`; for renders that outlive the caller."""
+    made = Capture(progress, adjust)
+    _captures.append(made)
+    return made
+
+
+def end_capture(made: Capture) -> None:
+    """Stop collecting into `made`."""
+    _captures.remove(made)
+
+
+class DichromaticRenderEngine(bpy.types.RenderEngine):
+    """Spectral rendering with the dichromatic reflection models."""
+
+    bl_idname = ENGINE_ID
+    bl_label = "Dichromatic"
+    bl_use_preview = True
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+
+    def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
+        """Tell the compositor which passes a view layer has."""
+        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        if renderlayer.use_pass_z:
+            self.register_pass(scene, renderlayer, "Depth", 1, "Z", "VALUE")
+
+    def render(self, depsgraph: Any) -> None:
+        """Render one view layer; Blender calls it once for each."""
+        listener = _captures[-1] if _captures and not self.is_preview else None
+        try:
+            finished = _LayerJob(self, listener).run(depsgraph)
+            if listener is not None:
+                listener.layers.append(finished)
+        except (core.RenderCancelledError, KeyboardInterrupt) as error:
+            _remember(listener, error)
+        except core.DichromaticError as error:
+            _remember(listener, error)
+            self._fail(str(error))
+        except Exception as error:  # Blender would swallow it: whatever it is, the user is told
+            _remember(listener, error)
+            traceback.print_exc()
+            self._fail(f"{type(error).__name__}: {error}")
+
+    def _fail(self, reason: str) -> None:
+        # error_set alone lets a script's render call end as FINISHED; report alone does not mark the result.
+        self.error_set(reason)
+        self.report({"ERROR"}, reason)
+
+
+def _remember(listener: Capture | None, error: BaseException) -> None:
+    if listener is not None:
+        listener.error = error
+
+
+class _LayerJob:
+    """One view layer from the dependency graph to the passes of Blender's result."""
+
+    def __init__(self, engine: Any, listener: Capture | None) -> None:
+        self._engine = engine
+        self._listener = listener
+        self._started = time.monotonic()
+        self._layer = ""
+
+    def run(self, depsgraph: Any) -> FinishedLayer:
+        self._progress(0.0, "reading the scene")
+        exported = export_scene(depsgraph, camera=self._engine.camera_override)
+        self._layer = exported.layer
+        has_depth = exported.wants_depth and not self._engine.is_preview
+        if has_depth:
+            self._engine.add_pass("Depth", 1, "Z", layer=self._layer)
+        settings = exported.settings
+        if self._listener is not None and self._listener.adjust is not None:
+            settings = self._listener.adjust(settings)
+        show = None
+        if not bpy.app.background:
+            rows = -(-settings.height // _BANDS_WANTED)
+            settings = replace(settings, band_samples=max(_LEAST_BAND_SAMPLES, rows * settings.width))
+
+            def show(band: Any) -> None:
+                self._show(band, exported)
+
+        render = core.render(exported.scene, settings, self._progress, self._engine.test_break, show)
+        render.statistics.notes.extend(exported.notes)
+        pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
+        self._put(0, pixels, render.depth if has_depth else None)
+        self._tell(render)
+        return FinishedLayer(render, exported)
+
+    def _progress(self, fraction: float, message: str) -> None:
+        if self._listener is not None and self._listener.progress is not None:
+            self._listener.progress(fraction, message)
+            return
+        if 0.0 < fraction < 1.0:
+            left = (time.monotonic() - self._started) * (1.0 - fraction) / fraction
+            message = f"{message} | remaining {format_duration(left)}"
+        self._engine.update_stats(self._layer, message)
+        self._engine.update_progress(fraction)
+
+    def _show(self, band: Any, exported: ExportedScene) -> None:
+        """Hand a finished band to the window."""
+        pixels = exported.colour.rgba(band.tristimulus, band.coverage if exported.is_transparent else None)
+        self._put(exported.region.height - band.first_row - len(pixels), pixels, None)
+
+    def _put(self, bottom: int, pixels: NDArray[np.float32], depth: NDArray[np.float32] | None) -> None:
+        """Write rows to the result, `bottom` being the lowest of them."""
+        # Everything is computed before begin_result: an exception between it and end_result ends Blender.
+        height, width, _ = pixels.shape
+        combined = np.ascontiguousarray(pixels[::-1], np.float32).ravel()
+        if depth is not None:
+            depth = np.ascontiguousarray(np.where(np.isfinite(depth), depth, 1e10)[::-1], np.float32).ravel()
+        result = self._engine.begin_result(0, bottom, width, height, layer=self._layer)
+        try:
+            for render_pass in result.layers[0].passes:
+                if render_pass.name == "Combined":
+                    render_pass.rect.foreach_set(combined)
+                elif render_pass.name == "Depth" and depth is not None:
+                    render_pass.rect.foreach_set(depth)
+        finally:
+            self._engine.end_result(result)
+
+    def _tell(self, render: Any) -> None:
+        """Print the statistics, and report what was approximated."""
+        notes = render.statistics.notes
+        if self._engine.is_preview:
+            return
+        if notes:
+            summary = notes[0] if len(notes) == 1 else f"{len(notes)} things were approximated (see the console): {notes[0]}"
+            self._engine.report({"WARNING"}, summary)
+        if self._listener is None or self._listener.progress is None:
+            print(f"Dichromatic, view layer {self._layer}:\n{render.statistics.describe()}")
+
+
+CLASSES = (DichromaticRenderEngine,)
+
+
+def register() -> None:
+    """Offer the engine to Blender."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Take the engine out of Blender; one left registered at exit crashes 4.2 and hangs 4.5."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,257 @@
+"""Operators that render, and the pieces they share with the command line."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import core
+from .engine import Capture, DichromaticRenderEngine, FinishedLayer, begin_capture, capture, end_capture
+from .names import ENGINE_ID
+
+__all__ = [
+    "CLASSES",
+    "IMAGE_NAME",
+    "addon_registered",
+    "register",
+    "render_layers",
+    "store_image",
+    "unregister",
+    "write_image_with_blender",
+]
+
+IMAGE_NAME = "Dichromatic Render"
+
+
+@contextmanager
+def addon_registered() -> Iterator[None]:
+    """Make sure that the add-on is registered inside the block: by Blender already, or by us for as long."""
+    if DichromaticRenderEngine.is_registered:
+        yield
+        return
+    from . import register as register_addon
+    from . import unregister as unregister_addon
+
+    register_addon()
+    try:
+        yield
+    finally:
+        unregister_addon()
+
+
+def render_layers(
+    scene: Any,
+    *,
+    layer: str = "",
+    progress: Callable[[float, str], None] | None = None,
+    adjust: Callable[[Any], Any] | None = None,
+) -> list[FinishedLayer]:
+    """Render a scene with the dichromatic engine and return its layers; the scene is left as it was.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Any engine may be set in it.
+    layer : str, optional
+        One view layer; all that are used for rendering when empty.
+    progress, adjust : callable, optional
+        As :class:`~.engine.Capture` has them.
+
+    Returns
+    -------
+    list of FinishedLayer
+        At least one.
+
+    Raises
+    ------
+    DichromaticError
+        With the reason, also when it was cancelled.
+    """
+    with _our_engine(scene), capture(progress, adjust) as captured:
+        try:
+            bpy.ops.render.render(layer=layer, scene=scene.name)
+        except RuntimeError as error:  # what the engine reported as an error
+            if captured.error is None:
+                raise core.DichromaticError(str(error).strip()) from error
+    return _outcome(captured)
+
+
+def _outcome(captured: Capture) -> list[FinishedLayer]:
+    if captured.error is not None:
+        raise captured.error
+    if not captured.layers:
+        raise core.SceneError("nothing was rendered: no view layer is used for rendering")
+    return captured.layers
+
+
+@contextmanager
+def _our_engine(scene: Any) -> Iterator[None]:
+    before = scene.render.engine
+    post = scene.render.use_compositing, scene.render.use_sequencer
+    scene.render.engine = ENGINE_ID
+    scene.render.use_compositing = scene.render.use_sequencer = False  # only the engine's own pixels are asked for
+    try:
+        yield
+    finally:
+        scene.render.engine = before
+        scene.render.use_compositing, scene.render.use_sequencer = post
+
+
+def store_image(finished: FinishedLayer, name: str = IMAGE_NAME) -> Any:
+    """Put a finished layer into a Blender image, as linear Rec.709 with the colour space that says so."""
+    xyz = finished.exported.colour.adapted(finished.render.tristimulus().astype(np.float64))
+    height, width, _ = xyz.shape
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = core.display("srgb").linear(xyz)
+    if finished.exported.is_transparent:
+        pixels[..., 3] = finished.render.alpha
+    image = bpy.data.images.get(name)
+    if image is not None and (not image.is_float or image.source != "GENERATED"):
+        image.name = f"{name} (replaced)"  # somebody else's image of that name: keep it
+        image = None
+    if image is None:
+        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    image.colorspace_settings.name = "Linear Rec.709"
+    image.alpha_mode = "PREMUL"
+    image.pixels.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
+    image.update()
+    return image
+
+
+def write_image_with_blender(path: Path, pixels: NDArray[np.float32]) -> None:
+    """Write display values (.png) or linear Rec.709 (.exr) with Blender's own writer, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in ".png" or ".exr".
+    pixels : ndarray of float32, shape (H, W, 3) or (H, W, 4)
+        Row 0 is the top.
+
+    Raises
+    ------
+    DichromaticError
+        If the file cannot be written.
+    """
+    height, width, channels = pixels.shape
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :channels] = pixels
+    is_float = path.suffix.lower() == ".exr"
+    image = bpy.data.images.new(".dichromatic output", width, height, alpha=channels == 4, float_buffer=is_float)
+    handle, temporary = tempfile.mkstemp(suffix=path.suffix.lower(), prefix=f".{path.stem}-", dir=path.parent)
+    os.close(handle)
+    try:
+        image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
+        image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
+        image.file_format = "OPEN_EXR" if is_float else "PNG"
+        image.filepath_raw = temporary
+        image.save()
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes private files
+        os.replace(temporary, path)
+    except (RuntimeError, OSError) as error:
+        raise core.DichromaticError(f"{path} cannot be written: {str(error).strip()}") from error
+    finally:
+        if os.path.exists(temporary):
+            os.remove(temporary)
+        bpy.data.images.remove(image)
+
+
+class DICHROMATIC_OT_render_image(bpy.types.Operator):
+    """Render the scene spectrally, with any engine set, and store the colours in an image of the .blend file"""
+
+    bl_idname = "dichromatic.render_image"
+    bl_label = "Render to Image"
+    bl_options = {"REGISTER"}
+
+    _captured: Capture | None = None
+    _timer: Any = None
+    _engine_context: Any = None
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return not bpy.app.is_job_running("RENDER")
+
+    def execute(self, context: Any) -> set[str]:
+        """Render at once, for scripts."""
+        try:
+            self._store(render_layers(context.scene))
+        except core.RenderCancelledError:
+            self.report({"INFO"}, "the render was cancelled: no image was stored")
+            return {"CANCELLED"}
+        except core.DichromaticError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def invoke(self, context: Any, event: Any) -> set[str]:
+        """Render as F12 does, with the window alive, and store the image when it is done."""
+        if bpy.app.background:
+            return self.execute(context)
+        self._engine_context = _our_engine(context.scene)
+        self._engine_context.__enter__()
+        self._captured = begin_capture()
+        bpy.ops.render.render("INVOKE_DEFAULT")
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        if event.type != "TIMER" or bpy.app.is_job_running("RENDER"):
+            return {"PASS_THROUGH"}
+        captured = self._finish(context)
+        try:
+            self._store(_outcome(captured))
+        except core.RenderCancelledError:
+            self.report({"INFO"}, "the render was cancelled: no image was stored")
+            return {"CANCELLED"}
+        except core.DichromaticError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def cancel(self, context: Any) -> None:
+        """Blender ends the operator (a file is loaded, the window is closed)."""
+        if self._captured is not None:
+            self._finish(context)
+
+    def _finish(self, context: Any) -> Capture:
+        captured = self._captured
+        assert captured is not None
+        context.window_manager.event_timer_remove(self._timer)
+        end_capture(captured)
+        self._engine_context.__exit__(None, None, None)
+        self._captured = None
+        return captured
+
+    def _store(self, layers: list[FinishedLayer]) -> None:
+        for finished in layers:
+            name = IMAGE_NAME if len(layers) == 1 else f"{IMAGE_NAME} {finished.exported.layer}"
+            image = store_image(finished, name)
+            self.report({"INFO"}, f"stored in the image '{image.name}'")
+
+
+CLASSES = (DICHROMATIC_OT_render_image,)
+
+
+def register() -> None:
+    """Offer the operators."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Take the operators out again."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,272 @@
+"""From Blender's evaluated scene to the core's: the one module that reads the dependency graph.
+
+Everything is read in one walk over ``depsgraph.object_instances`` (modifiers, collection instances, particles and
+geometry nodes are in it), each mesh once however often it is shown. What is approximated or left out is said in notes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ._core import core
+from .camera_reading import Region, read_region, window_from_projection
+from .light_reading import read_light, read_world_colour
+from .mesh_reading import MeshArrays, read_mesh
+from .nodes.reading import read_material
+from .picture import PictureColour, picture_colour
+from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
+
+__all__ = ["ExportedScene", "export_scene"]
+
+# Object types that never have faces of their own; curves, text, surfaces and metaballs are met a second time in the
+# walk, as the meshes they evaluate to.
+_FACELESS = frozenset({"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "CURVE", "SURFACE", "FONT", "META"})
+_NOT_RENDERED = {
+    "CURVES": "hair curves",
+    "POINTCLOUD": "a point cloud",
+    "VOLUME": "a volume",
+    "GREASEPENCIL": "a grease pencil drawing",
+    "GPENCIL": "a grease pencil drawing",
+    "LIGHT_PROBE": "a light probe",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedScene:
+    """What the renderer needs of a Blender scene.
+
+    Attributes
+    ----------
+    layer : str
+        Name of the view layer.
+    scene : Scene
+        The core's scene.
+    settings : RenderSettings
+        With the size of the rendered region.
+    region : Region
+        Where the region lies in the frame.
+    colour : PictureColour
+        From tristimulus values to the picture's colours.
+    is_transparent : bool
+        Whether the background becomes transparent (Film > Transparent).
+    wants_depth : bool
+        Whether the view layer has the Depth pass switched on.
+    notes : tuple of str
+        What was approximated or left out, each once.
+    """
+
+    layer: str
+    scene: Any
+    settings: Any
+    region: Region
+    colour: PictureColour
+    is_transparent: bool
+    wants_depth: bool
+    notes: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Walk:
+    """What the walk over the instances collects."""
+
+    view_layer: Any
+    override: Any
+    notes: list[str] = field(default_factory=list)
+    instances: list[Any] = field(default_factory=list)
+    lights: list[Any] = field(default_factory=list)
+    materials: list[Any] = field(default_factory=list)
+    material_names: list[str] = field(default_factory=list)
+    material_index: dict[str | None, int] = field(default_factory=dict)
+    arrays: dict[int, MeshArrays | None] = field(default_factory=dict)
+    meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
+
+
+def export_scene(depsgraph: Any, *, camera: Any = None, region: Region | None = None) -> ExportedScene:
+    """Read the evaluated scene.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+        Evaluated; its scene and view layer are exported.
+    camera : bpy.types.Object, optional
+        Camera to look through instead of the scene's.
+    region : Region, optional
+        Rectangle to render instead of the one that the render settings ask for.
+
+    Returns
+    -------
+    ExportedScene
+        The scene, how to render it, and what was approximated.
+
+    Raises
+    ------
+    DichromaticError
+        With the name of the object, material or light and the reason, when something cannot be rendered.
+    """
+    scene = depsgraph.scene
+    view_layer = depsgraph.view_layer
+    walk = _Walk(view_layer, view_layer.material_override)
+    core_camera, region = _camera(depsgraph, camera or scene.camera, region, walk.notes)
+    for instance in depsgraph.object_instances:
+        _visit(walk, instance)
+    _note_scene_features(scene, walk.notes)
+    settings = replace(read_settings(scene), width=region.width, height=region.height)
+    return ExportedScene(
+        layer=view_layer.name,
+        scene=core.Scene(
+            instances=walk.instances,
+            materials=walk.materials,
+            lights=walk.lights,
+            camera=core_camera,
+            world=core.World() if scene.render.film_transparent else _world(scene, walk.notes),
+            material_names=walk.material_names,
+            name=scene.name,
+        ),
+        settings=settings,
+        region=region,
+        colour=picture_colour(scene),
+        is_transparent=bool(scene.render.film_transparent),
+        wants_depth=bool(view_layer.use_pass_z),
+        notes=tuple(dict.fromkeys(walk.notes)),
+    )
+
+
+def _camera(depsgraph: Any, camera: Any, region: Region | None, notes: list[str]) -> tuple[Any, Region]:
+    scene = depsgraph.scene
+    if camera is None:
+        raise core.SceneError(f"scene '{scene.name}' has no camera: add one, or make one active with Ctrl+Numpad 0")
+    if camera.type != "CAMERA":
+        raise core.SceneError(f"the active camera of scene '{scene.name}' must be a camera, but '{camera.name}' is not")
+    evaluated = camera.evaluated_get(depsgraph)
+    data = evaluated.data
+    if data.type not in {"PERSP", "ORTHO"}:
+        raise core.SceneError(
+            f"camera '{camera.name}' must be perspective or orthographic, but is {data.type.lower()}"
+        )
+    render = scene.render
+    if region is None:
+        region = read_region(render)
+    projection = np.array(
+        evaluated.calc_matrix_camera(
+            depsgraph,
+            x=region.full_width,
+            y=region.full_height,
+            scale_x=render.pixel_aspect_x,
+            scale_y=render.pixel_aspect_y,
+        ),
+        dtype=np.float64,
+    )
+    orthographic = data.type == "ORTHO"
+    if data.dof.use_dof:
+        notes.append(f"depth of field of camera '{camera.name}' is not rendered: everything is in focus")
+    return (
+        core.Camera(
+            matrix=np.array(evaluated.matrix_world, dtype=np.float64),
+            window=region.crop(window_from_projection(projection, orthographic)),
+            kind="orthographic" if orthographic else "perspective",
+            clip_start=float(data.clip_start),
+            clip_end=float(data.clip_end),
+        ),
+        region,
+    )
+
+
+def _visit(walk: _Walk, instance: Any) -> None:
+    shown = instance.show_particles if instance.particle_system is not None else instance.show_self
+    if not shown:
+        return
+    obj = instance.object
+    if obj.type == "MESH":
+        _visit_mesh(walk, instance, obj)
+    elif obj.type == "LIGHT":
+        light = obj.data
+        if getattr(obj, "light_linking", None) is not None and obj.light_linking.receiver_collection is not None:
+            walk.notes.append(f"light linking of '{obj.name}' is not rendered: it lights everything")
+        factor = light_luminance(light)
+        made = read_light(light, instance.matrix_world, read_illuminant(light), factor, walk.notes)
+        if made is not None:
+            walk.lights.append(made)
+    elif obj.type in _NOT_RENDERED:
+        walk.notes.append(f"object '{obj.name}' is {_NOT_RENDERED[obj.type]}, which is not rendered")
+    elif obj.type not in _FACELESS:
+        walk.notes.append(f"object '{obj.name}' is of the type {obj.type}, which is not rendered")
+
+
+def _visit_mesh(walk: _Walk, instance: Any, obj: Any) -> None:
+    owners = [obj] if instance.parent is None else [obj, instance.parent]  # an instancer's flags hold for its instances
+    seen = all(owner.visible_camera for owner in owners)
+    casts = all(owner.visible_shadow for owner in owners)
+    if not (seen or casts):
+        return
+    for flag in ("is_holdout", "is_shadow_catcher"):
+        if any(getattr(owner, flag) for owner in owners):
+            what = flag.removeprefix("is_").replace("_", " ")
+            walk.notes.append(f"object '{obj.name}' is a {what}: it is rendered as an ordinary surface")
+    mesh = _mesh(walk, obj)
+    if mesh is None:
+        return
+    walk.instances.append(
+        core.Instance(
+            mesh,
+            np.array(instance.matrix_world, dtype=np.float64),
+            name=obj.name,
+            camera_visible=seen,
+            shadow_visible=casts,
+        )
+    )
+
+
+def _mesh(walk: _Walk, obj: Any) -> Any | None:
+    """Return the core mesh of an object, shared by all objects with the same mesh and the same materials."""
+    pointer = obj.data.as_pointer()  # stable: nothing is evaluated again during the walk
+    if pointer not in walk.arrays:
+        walk.arrays[pointer] = read_mesh(obj.data)
+    arrays = walk.arrays[pointer]
+    if arrays is None:
+        return None
+    slots = tuple(_material(walk, slot.material) for slot in obj.material_slots) or (_material(walk, None),)
+    key = (pointer, slots)
+    if key not in walk.meshes:
+        slot_index = np.clip(arrays.slot_index, 0, len(slots) - 1)  # beyond the last slot: the last, as Blender has it
+        walk.meshes[key] = core.Mesh(
+            arrays.vertices,
+            arrays.triangles,
+            corner_normals=arrays.corner_normals,
+            uv=arrays.uv,
+            material_index=np.array(slots, np.int64)[slot_index],
+            name=obj.name,
+        )
+    return walk.meshes[key]
+
+
+def _material(walk: _Walk, material: Any) -> int:
+    """Return the index of a material in the core's scene; None is an empty slot."""
+    material = walk.override or material
+    key = None if material is None else material.name_full
+    if key not in walk.material_index:
+        reading = read_material(material)
+        walk.notes.extend(reading.notes)
+        walk.material_index[key] = len(walk.materials)
+        walk.materials.append(reading.material)
+        walk.material_names.append("(no material)" if material is None else material.name)
+    return walk.material_index[key]
+
+
+def _world(scene: Any, notes: list[str]) -> Any:
+    colour, strength = read_world_colour(scene.world, notes)
+    if strength <= 0.0 or max(colour) <= 0.0:
+        return core.World()
+    illuminant, luminance = world_illuminant(scene, colour)
+    notes.append("the world's light is seen by the camera, but does not light surfaces")
+    return core.World(illuminant, strength * luminance, name=scene.world.name)
+
+
+def _note_scene_features(scene: Any, notes: list[str]) -> None:
+    render = scene.render
+    if render.use_motion_blur:
+        notes.append("motion blur is not rendered")
+    if render.use_multiview:
+        notes.append("stereo is not rendered: every view shows the camera's own")
