@@ -1,0 +1,24 @@
+"""The Blender side of Dichromatic: nodes, panels and the render engine around the core."""
+
+from __future__ import annotations
+
+__all__ = ["register", "unregister"]
+
+
+def _modules() -> tuple[object, ...]:
+    """Return the modules in the order of registration; imported late, so that the package itself needs no Blender."""
+    from . import cli, engine, nodes, operators, properties
+
+    return (properties, nodes, engine, operators, cli)
+
+
+def register() -> None:
+    """Register everything with Blender."""
+    for module in _modules():
+        module.register()  # type: ignore[attr-defined]
+
+
+def unregister() -> None:
+    """Take everything out of Blender again, last first."""
+    for module in reversed(_modules()):
+        module.unregister()  # type: ignore[attr-defined]

@@ -1,0 +1,121 @@
+"""The RGB look-alikes of our materials: what stands in the hidden groups for engines that know no spectra.
+
+They are chosen so that a highlight has the right width and the right peak for light and view near the normal; they
+are approximations for looking at, and nothing of them enters a spectral render.
+
+A microfacet lobe of width a has the peak radiance factor F / (4 a^2) at normal incidence, and its half vector turns
+half as fast as the mirrored ray, so exp(-g rho^2) is the lobe with a^2 = 1 / (4 g). The widths of the three
+attenuations are brought to one g: cos(rho)^n to n / 2 (equal curvature), exp(-n rho) to n^2 / ln 2 (equal half-value
+angle), exp(-n rho^2) to n.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import mathutils
+import numpy as np
+
+from .._core import core
+
+__all__ = ["build_dielectric", "build_metal", "build_spectrum", "linear_rgb", "scene_linear_rgb"]
+
+WIDEST = 0.5  # the smallest g that still makes a lobe narrower than Blender's roughness 1 (a = 1 is g = 0.25)
+
+
+def _math(tree: Any, operation: str, *inputs: Any, clamp: bool = False) -> Any:
+    """Add a Math node whose inputs are sockets or numbers, and return its output."""
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation, node.use_clamp = operation, clamp
+    for target, value in zip(node.inputs, inputs, strict=False):
+        if isinstance(value, (int, float)):
+            target.default_value = value
+        else:
+            tree.links.new(value, target)
+    return node.outputs[0]
+
+
+def _scaled(tree: Any, colour: Any, factor: Any) -> Any:
+    """Add a node that multiplies a colour by a number, and return its output."""
+    node = tree.nodes.new("ShaderNodeVectorMath")
+    node.operation = "SCALE"
+    tree.links.new(colour, node.inputs[0])
+    tree.links.new(factor, node.inputs["Scale"])
+    return node.outputs[0]
+
+
+def _roughness(tree: Any, width_squared: Any) -> Any:
+    """Blender's roughness is the square root of the lobe's width a."""
+    return _math(tree, "POWER", width_squared, 0.25, clamp=True)
+
+
+def build_dielectric(tree: Any, sources: dict[str, Any], target: Any) -> None:
+    """Build Type I and II: a diffuse body and a glossy interface whose lobe follows f(rho)."""
+    kind, n = sources["Attenuation"], sources["n"]
+    candidates = (
+        _math(tree, "MULTIPLY", n, 0.5),
+        _math(tree, "MULTIPLY", _math(tree, "MULTIPLY", n, n), 1.0 / math.log(2.0)),
+        n,
+    )
+    lobe: Any = 0.0
+    for index, candidate in enumerate(candidates):  # the order of core.ATTENUATIONS
+        lobe = _math(tree, "MULTIPLY_ADD", _math(tree, "COMPARE", kind, float(index), 0.5), candidate, lobe)
+    lobe = _math(tree, "MAXIMUM", lobe, WIDEST)
+
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    tree.links.new(sources["Body Reflectance"], diffuse.inputs["Color"])
+    glossy = tree.nodes.new("ShaderNodeBsdfGlossy")
+    peak = _math(tree, "DIVIDE", 1.0, lobe)
+    tree.links.new(_scaled(tree, sources["Interface Reflectance"], peak), glossy.inputs["Color"])
+    tree.links.new(_roughness(tree, _math(tree, "DIVIDE", 0.25, lobe)), glossy.inputs["Roughness"])
+    both = tree.nodes.new("ShaderNodeAddShader")
+    tree.links.new(diffuse.outputs[0], both.inputs[0])
+    tree.links.new(glossy.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], target)
+
+
+def build_metal(tree: Any, sources: dict[str, Any], target: Any) -> None:
+    """Build Type III: a metallic Principled; exp(-ln 2 alpha^2 / beta^2) is a lobe with a^2 = beta^2 / ln 2."""
+    beta = sources["beta"]
+    width_squared = _math(tree, "MULTIPLY", _math(tree, "MULTIPLY", beta, beta), 1.0 / math.log(2.0))
+    principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    principled.inputs["Metallic"].default_value = 1.0
+    tree.links.new(sources["RGB"], principled.inputs["Base Color"])
+    tree.links.new(_roughness(tree, width_squared), principled.inputs["Roughness"])
+    tree.links.new(principled.outputs[0], target)
+
+
+def build_spectrum(tree: Any, sources: dict[str, Any], target: Any) -> None:
+    """Build the Spectrum node: the RGB of its samples or its own colour, times its scale."""
+    choose = tree.nodes.new("ShaderNodeMix")
+    choose.data_type = "RGBA"
+    by_identifier = {socket.identifier: socket for socket in choose.inputs}
+    tree.links.new(sources["Use Color"], by_identifier["Factor_Float"])
+    tree.links.new(sources["RGB"], by_identifier["A_Color"])
+    tree.links.new(sources["Color"], by_identifier["B_Color"])
+    result = next(socket for socket in choose.outputs if socket.identifier == "Result_Color")
+    tree.links.new(_scaled(tree, result, sources["Scale"]), target)
+
+
+@cache
+def _linear_rgb_weights() -> Any:
+    """Weights (471, 3) from reflectance to linear Rec.709 under D65, the white that RGB engines take for granted."""
+    weights = core.tristimulus_weights(
+        core.illuminant("D65"), core.observer("cie_1931_2"), core.wavelength_grid("exact")
+    )
+    return np.asarray(weights) @ core.display("srgb").from_tristimulus.T
+
+
+def linear_rgb(spectrum: core.Spectrum) -> tuple[float, float, float]:
+    """Return the linear Rec.709 colour of a reflectance under D65, negative parts cut off."""
+    values = spectrum.at(core.REFERENCE_WAVELENGTHS_NM) @ _linear_rgb_weights()
+    red, green, blue = np.maximum(values, 0.0).tolist()
+    return red, green, blue
+
+
+def scene_linear_rgb(spectrum: core.Spectrum) -> tuple[float, float, float, float]:
+    """Return the colour of a reflectance under D65 in the file's working space, with alpha 1."""
+    colour = mathutils.Color(linear_rgb(spectrum)).from_rec709_linear_to_scene_linear()
+    return colour.r, colour.g, colour.b, 1.0

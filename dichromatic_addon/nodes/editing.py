@@ -1,0 +1,190 @@
+"""Changing a material's nodes: another surface type, a Spectrum node for an input; operators of panels and menus."""
+
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+
+from ..compat import ensure_node_tree
+from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
+from .fallback import COLOUR_INPUTS
+
+__all__ = ["CLASSES", "link_spectrum_node", "material_output", "set_surface_node", "surface_items", "surface_node_of"]
+
+surface_items = (
+    (PLASTIC_NODE, "Plastic or Paint", "Type I: a coloured body, and a highlight of the lamp's colour", "MATERIAL", 0),
+    (CLOTH_NODE, "Cloth or Paper", "Type II: a coloured body, and a highlight with a colour of its own", "MATERIAL", 1),
+    (METAL_NODE, "Metal", "Type III: no body; a reflection that turns white towards grazing angles", "MATERIAL", 2),
+)
+
+
+def material_output(tree: Any) -> Any:
+    """Return the Material Output that our engine reads, made where there is none."""
+    output = tree.get_output_node("ALL")
+    if output is None:
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        output.location = (300, 300)
+    return output
+
+
+def surface_node_of(material: Any) -> Any:
+    """Return the node that is linked to the Surface output directly (reroutes skipped), or None."""
+    tree = material.node_tree
+    output = tree.get_output_node("ALL") if tree else None
+    socket = output.inputs["Surface"] if output else None
+    while socket is not None and socket.is_linked:
+        node = socket.links[0].from_node
+        if node.type != "REROUTE":
+            return node
+        socket = node.inputs[0]
+    return None
+
+
+def set_surface_node(material: Any, node_type: str) -> Any:
+    """Give a material a surface node of a type, keeping what the old one had under the same names.
+
+    The old node is removed when it was ours, or had nothing linked to it, and nobody else uses it.
+
+    Parameters
+    ----------
+    material : bpy.types.Material
+        An editable material.
+    node_type : str
+        One of the surface nodes' identifiers.
+
+    Returns
+    -------
+    bpy.types.Node
+        The surface node; the present one when it has the type already.
+    """
+    tree = ensure_node_tree(material)
+    output = material_output(tree)
+    old = surface_node_of(material)
+    if old is not None and old.bl_idname == node_type:
+        return old
+    node = tree.nodes.new(node_type)
+    if old is None:
+        node.location = (output.location.x - 300, output.location.y)
+    else:
+        node.location = old.location
+        _keep_inputs(tree, old, node)
+    tree.links.new(node.outputs["Surface"], output.inputs["Surface"])
+    if old is not None:
+        used = any(socket.is_linked for socket in old.outputs)
+        ours = old.bl_idname in SURFACE_NODES
+        if not used and (ours or not any(socket.is_linked for socket in old.inputs)):
+            tree.nodes.remove(old)
+        else:
+            old.location.y -= 400
+        _remove_unused_spectra(tree)
+    tree.update_tag()
+    return node
+
+
+def _keep_inputs(tree: Any, old: Any, new: Any) -> None:
+    for target in new.inputs:
+        source = old.inputs.get(target.name)
+        if source is None and target.name == "Body Reflectance":
+            source = old.inputs.get(COLOUR_INPUTS.get(old.bl_idname, ""))
+        if target.hide or source is None or source.type not in ("RGBA", "VALUE"):
+            continue
+        if source.is_linked and source.type == target.type:
+            tree.links.new(source.links[0].from_socket, target)
+        if source.type == target.type:
+            target.default_value = source.default_value
+        elif target.type == "RGBA":
+            target.default_value = (*(3 * [min(source.default_value, 1.0)]), 1.0)
+        else:
+            target.default_value = max(source.default_value[:3])
+    for name in ("attenuation", "energy_conserving"):
+        if hasattr(old, name) and hasattr(new, name):
+            setattr(new, name, getattr(old, name))
+
+
+def _remove_unused_spectra(tree: Any) -> None:
+    """Remove Spectrum nodes that fed only the node that has gone."""
+    for node in [node for node in tree.nodes if node.bl_idname == SPECTRUM_NODE]:
+        if not any(socket.is_linked for socket in node.outputs):
+            tree.nodes.remove(node)
+
+
+def link_spectrum_node(tree: Any, node: Any, input_name: str) -> Any:
+    """Link a new Spectrum node to an input, starting with the input's colour, and return it."""
+    socket = node.inputs[input_name]
+    spectrum = tree.nodes.new(SPECTRUM_NODE)
+    index = [item.name for item in node.inputs].index(input_name)
+    spectrum.location = (node.location.x - 280, node.location.y - 260 * index)
+    spectrum.source = "COLOR"
+    if socket.type == "RGBA":
+        spectrum.inputs["Color"].default_value = socket.default_value
+    spectrum.label = input_name
+    tree.links.new(spectrum.outputs["Spectrum"], socket)
+    return spectrum
+
+
+def _editable_material(context: Any) -> Any:
+    material = getattr(context, "material", None) or getattr(context.object, "active_material", None)
+    return material if material is not None and material.library is None else None
+
+
+class DICHROMATIC_OT_set_surface(bpy.types.Operator):
+    bl_idname = "dichromatic.set_surface"
+    bl_label = "Set Surface Type"
+    bl_description = "Give the material another dichromatic type, keeping its inputs of the same name"
+    bl_options = {"REGISTER", "UNDO"}
+
+    node_type: EnumProperty(name="Type", items=surface_items, options={"HIDDEN"})  # type: ignore[valid-type]
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return _editable_material(context) is not None
+
+    @classmethod
+    def description(cls, context: Any, properties: Any) -> str:
+        return next(item[2] for item in surface_items if item[0] == properties.node_type)
+
+    def execute(self, context: Any) -> set[str]:
+        set_surface_node(_editable_material(context), self.node_type)
+        return {"FINISHED"}
+
+
+class DICHROMATIC_OT_link_spectrum(bpy.types.Operator):
+    bl_idname = "dichromatic.link_spectrum"
+    bl_label = "Use a Spectrum"
+    bl_description = "Link a Spectrum node to this input, to choose from the library, a file, a temperature or a band"
+    bl_options = {"REGISTER", "UNDO"}
+
+    input_name: StringProperty(name="Input", options={"HIDDEN"})  # type: ignore[valid-type]
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        material = _editable_material(context)
+        return material is not None and surface_node_of(material) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        material = _editable_material(context)
+        node = surface_node_of(material)
+        if self.input_name not in node.inputs:
+            self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
+            return {"CANCELLED"}
+        link_spectrum_node(material.node_tree, node, self.input_name).source = "LIBRARY"
+        return {"FINISHED"}
+
+
+class DICHROMATIC_OT_reload_spectrum(bpy.types.Operator):
+    bl_idname = "dichromatic.reload_spectrum"
+    bl_label = "Reload Spectrum"
+    bl_description = "Read the spectrum file again and keep its samples in the .blend"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return getattr(context, "dichromatic_file_owner", None) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        owner = context.dichromatic_file_owner
+        owner.filepath = owner.filepath  # its update callback reads the file
+        return {"FINISHED"}
+
+
+CLASSES = (DICHROMATIC_OT_set_surface, DICHROMATIC_OT_link_spectrum, DICHROMATIC_OT_reload_spectrum)

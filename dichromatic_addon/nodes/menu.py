@@ -1,0 +1,47 @@
+"""Our nodes in the Add menu of the Shader Editor, where type-to-search finds them too."""
+
+from typing import Any
+
+import bpy
+
+from ..names import CLOTH_NODE, ENGINE_ID, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
+
+__all__ = ["CLASSES", "register", "unregister"]
+
+ADD_MENU = "NODE_MT_shader_node_add_all"
+
+
+class DICHROMATIC_MT_node_add(bpy.types.Menu):
+    bl_idname = "DICHROMATIC_MT_node_add"
+    bl_label = "Dichromatic"
+
+    def draw(self, context: Any) -> None:
+        for node_type in (PLASTIC_NODE, CLOTH_NODE, METAL_NODE, SPECTRUM_NODE):
+            label = getattr(bpy.types, node_type).bl_label
+            operator = self.layout.operator("node.add_node", text=label)
+            operator.type = node_type
+            operator.use_transform = True
+
+
+def _draw_entry(self: Any, context: Any) -> None:
+    space = context.space_data
+    if context.engine == ENGINE_ID and getattr(space, "shader_type", "OBJECT") == "OBJECT":
+        self.layout.separator()
+        self.layout.menu(DICHROMATIC_MT_node_add.bl_idname)
+
+
+CLASSES = (DICHROMATIC_MT_node_add,)
+
+
+def register() -> None:
+    """Append our entry to Blender's Add menu (absent in a Blender without its own interface scripts)."""
+    menu = getattr(bpy.types, ADD_MENU, None)
+    if menu is not None:
+        menu.append(_draw_entry)
+
+
+def unregister() -> None:
+    """Take our entry out again."""
+    menu = getattr(bpy.types, ADD_MENU, None)
+    if menu is not None:
+        menu.remove(_draw_entry)

@@ -1,0 +1,200 @@
+# mypy: disable-error-code="valid-type"
+"""The Spectrum node: one spectrum from the library, a file, a temperature, a band, a constant or a colour."""
+
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, StringProperty
+
+from .._core import core
+from ..names import SPECTRUM_NODE
+from ..spectrum_sources import radiator_items, search_spectra
+from ..spectrum_store import load_file
+from .approximation import build_spectrum, scene_linear_rgb
+from .base import DichromaticNode, draw_link_problems, set_input
+from .evaluation import spectrum_of_node
+from .groups import GroupRecipe, SocketRecipe
+
+__all__ = ["CLASSES", "DichromaticNodeSpectrum"]
+
+source_items = (
+    ("LIBRARY", "Library", "A measured spectrum that comes with the add-on", "ASSET_MANAGER", 0),
+    ("FILE", "File", "A spectrum file (CSV, SPD and others); its samples are kept in the .blend as well", "FILE", 1),
+    (
+        "TEMPERATURE",
+        "Temperature",
+        "The light of a blackbody or daylight of some temperature, largest value 1",
+        "LIGHT",
+        2,
+    ),
+    ("GAUSSIAN", "Band", "A Gaussian band on a constant base", "SMOOTHCURVE", 3),
+    ("CONSTANT", "Constant", "The same value at every wavelength: a neutral grey", "REMOVE", 4),
+    ("COLOR", "RGB Uplift", "The smooth spectrum whose colour under daylight (D65) is the one chosen", "COLOR", 5),
+)
+
+
+def _changed(node: Any, context: Any) -> None:
+    node.refresh()
+    node.id_data.update_tag()
+
+
+def _file_changed(node: Any, context: Any) -> None:
+    load_file(node, node.filepath)
+    _changed(node, context)
+
+
+class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
+    """Gives a spectrum to the dichromatic surface nodes."""
+
+    bl_idname = SPECTRUM_NODE
+    bl_label = "Spectrum"
+    bl_description = "A spectral reflectance or other spectrum over wavelength, for the Dichromatic nodes"
+    bl_icon = "COLOR"
+
+    recipe = GroupRecipe(
+        tag=SPECTRUM_NODE,
+        version=1,
+        name=".Dichromatic Spectrum",
+        inputs=(
+            SocketRecipe(
+                "Color",
+                "COLOR",
+                (0.8, 0.1, 0.05, 1.0),
+                description="The colour under daylight (D65) that the spectrum is to have",
+            ),
+            SocketRecipe(
+                "Scale", "FLOAT", 1.0, low=0.0, high=1.0e6, description="Factor on the whole spectrum (no unit)"
+            ),
+            SocketRecipe("RGB", "COLOR", (0.8, 0.8, 0.8, 1.0), hidden=True),
+            SocketRecipe("Use Color", "FLOAT", 0.0, hidden=True),
+        ),
+        output=SocketRecipe(
+            "Spectrum", "COLOR", (0.8, 0.8, 0.8, 1.0), description="To a spectrum input of a Dichromatic node"
+        ),
+        build=build_spectrum,
+    )
+
+    source: EnumProperty(
+        name="Source",
+        description="Where the spectrum comes from",
+        items=source_items,
+        default="LIBRARY",
+        update=_changed,
+    )
+    library_name: StringProperty(
+        name="Name",
+        description="Name of the spectrum in the library: paints, plastics, cloth, ColorChecker patches, or a lamp",
+        default="white 9.5",
+        search=search_spectra,
+        update=_changed,
+    )
+    filepath: StringProperty(
+        name="File",
+        description="Spectrum file: wavelength in nm and value, column by column. Its samples are kept in the .blend",
+        subtype="FILE_PATH",
+        update=_file_changed,
+    )
+    radiator: EnumProperty(
+        name="Radiator",
+        description="Which family of lights the temperature selects from",
+        items=radiator_items,
+        update=_changed,
+    )
+    temperature: FloatProperty(
+        name="Temperature",
+        description="Colour temperature in kelvin: 2856 for a light bulb, 6500 for daylight",
+        default=6500.0,
+        min=800.0,
+        max=25000.0,
+        step=10000,
+        precision=0,
+        update=_changed,
+    )
+    centre_nm: FloatProperty(
+        name="Centre (nm)",
+        description="Wavelength of the band's peak in nm",
+        default=550.0,
+        min=360.0,
+        max=830.0,
+        step=500,
+        precision=1,
+        update=_changed,
+    )
+    width_nm: FloatProperty(
+        name="Width (nm)",
+        description="Full width of the band at half its height in nm",
+        default=60.0,
+        min=0.1,
+        max=1000.0,
+        step=500,
+        precision=1,
+        update=_changed,
+    )
+    peak: FloatProperty(
+        name="Peak",
+        description="Value at the centre of the band (a reflectance, 0 to 1)",
+        default=0.8,
+        min=0.0,
+        soft_max=1.0,
+        update=_changed,
+    )
+    base: FloatProperty(
+        name="Base",
+        description="Value far from the band; above the peak it makes an absorption band",
+        default=0.05,
+        min=0.0,
+        soft_max=1.0,
+        update=_changed,
+    )
+    value: FloatProperty(
+        name="Value",
+        description="The value at every wavelength (a reflectance, 0 to 1)",
+        default=0.5,
+        min=0.0,
+        soft_max=1.0,
+        update=_changed,
+    )
+
+    def refresh(self: Any) -> None:
+        """Show the inputs that the source needs, and bring the approximate colour up to date."""
+        if "Color" not in self.inputs:  # the hidden group is gone; reading the node tells so
+            return
+        of_colour = self.source == "COLOR"
+        self.inputs["Color"].hide = not of_colour
+        set_input(self, "Use Color", 1.0 if of_colour else 0.0)
+        try:
+            colour = scene_linear_rgb(spectrum_of_node(self))
+        except core.DichromaticError:
+            colour = (0.0, 0.0, 0.0, 1.0)  # the node's own label and the render tell the reason
+        set_input(self, "RGB", colour)
+
+    def draw_buttons(self: Any, context: Any, layout: Any) -> None:
+        """Draw what the source needs."""
+        layout.prop(self, "source", text="")
+        if self.source == "LIBRARY":
+            layout.prop(self, "library_name", text="")
+        elif self.source == "FILE":
+            row = layout.row(align=True)
+            row.prop(self, "filepath", text="")
+            row.context_pointer_set("dichromatic_file_owner", self)
+            row.operator("dichromatic.reload_spectrum", text="", icon="FILE_REFRESH")
+        elif self.source == "TEMPERATURE":
+            layout.prop(self, "radiator", text="")
+            layout.prop(self, "temperature", text="Kelvin")
+        elif self.source == "GAUSSIAN":
+            column = layout.column(align=True)
+            column.prop(self, "centre_nm")
+            column.prop(self, "width_nm")
+            column = layout.column(align=True)
+            column.prop(self, "peak")
+            column.prop(self, "base")
+        elif self.source == "CONSTANT":
+            layout.prop(self, "value")
+        if self.source != "COLOR" and "RGB" in self.inputs:
+            swatch = layout.row()
+            swatch.enabled = False
+            swatch.prop(self.inputs["RGB"], "default_value", text="Under D65")
+        draw_link_problems(self, layout)
+
+
+CLASSES = (DichromaticNodeSpectrum,)

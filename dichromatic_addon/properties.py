@@ -1,0 +1,450 @@
+# mypy: disable-error-code="valid-type"
+"""What the add-on keeps on scenes, lights and worlds, and how it becomes spectra and settings of the core."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from . import compat
+from ._core import core
+from .spectrum_sources import (
+    illuminant_by_name,
+    radiator,
+    radiator_items,
+    search_illuminants,
+    uplifted,
+    working_to_rec709,
+)
+from .spectrum_store import load_file, stored_problem, stored_spectrum
+
+__all__ = [
+    "CLASSES",
+    "DisplaySettings",
+    "illuminant_problem",
+    "light_luminance",
+    "read_display",
+    "read_illuminant",
+    "read_settings",
+    "register",
+    "unregister",
+    "world_illuminant",
+]
+
+REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
+
+source_items = (
+    ("COLOR", "Own Colour", "Daylight (D65) tinted by the colour; white is D65 itself", "COLOR", 0),
+    ("LIBRARY", "Library", "A standard or measured lamp of the library", "ASSET_MANAGER", 1),
+    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some colour temperature", "LIGHT", 2),
+    ("FILE", "File", "A spectrum file (CSV, SPD and others); its samples are kept in the .blend as well", "FILE", 3),
+)
+
+observer_items = (
+    ("cie_1931_2", "CIE 1931 2°", "The standard observer for small fields; what sRGB is defined with", 0),
+    ("cie_1964_10", "CIE 1964 10°", "The standard observer for large fields, over 4 degrees", 1),
+)
+
+grid_items = (
+    ("exact", "Exact, 1 nm", "360 to 830 nm at 1 nm, 471 samples; costs nothing more for direct light", 0),
+    ("reference", "Reference, 81", "380 to 780 nm at 5 nm", 1),
+    ("paper", "Paper, 61", "400 to 700 nm at 5 nm, the samples of Tominaga's paper", 2),
+    ("high", "High, 31", "400 to 700 nm at 10 nm", 3),
+    ("standard", "Standard, 16", "16 chosen wavelengths; colour errors stay below the visible for most lamps", 4),
+    ("draft", "Draft, 8", "8 chosen wavelengths, for a quick look", 5),
+)
+
+bounce_items = (
+    ("auto", "Automatic", "As products of spectra while they are few, at nodes where they would be too many", 0),
+    ("terms", "Products", "As products of spectra: exact, whatever their number", 1),
+    ("nodes", "Nodes", "At chosen wavelengths: fast, with a small colour error", 2),
+)
+
+precision_items = (
+    ("float32", "Single", "32-bit geometry, for pictures", 0),
+    ("float64", "Double", "64-bit geometry throughout, for reference renders; about twice as slow", 1),
+)
+
+filter_items = (
+    ("box", "Box", "Every point of the pixel counts alike", 0),
+    ("triangle", "Triangle", "The middle of the pixel counts most", 1),
+    ("gaussian", "Gaussian", "A soft bell", 2),
+    ("blackman_harris", "Blackman-Harris", "A soft bell, as in Cycles", 3),
+)
+
+adaptation_items = (
+    ("none", "None", "Show the colours as they are: tungsten light looks orange", 0),
+    ("bradford", "Bradford", "Adapt the adopted white to the display's white, as in ICC profiles", 1),
+    ("cat16", "CAT16", "Adapt the adopted white to the display's white, as in CIECAM16", 2),
+)
+
+white_items = (
+    ("LIBRARY", "Library", "A lamp of the library", 0),
+    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some colour temperature", 1),
+    ("LIGHT", "Light", "The illuminant of one of the file's lights", 2),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class DisplaySettings:
+    """How the colours of a render are shown.
+
+    Attributes
+    ----------
+    white : Spectrum
+        The adopted white: the light that the eye or camera has adapted to.
+    adaptation : str
+        "none", "bradford" or "cat16".
+    """
+
+    white: core.Spectrum
+    adaptation: str
+
+
+def _light_changed(settings: Any, context: Any) -> None:
+    settings.id_data.update_tag()
+
+
+def _file_changed(settings: Any, context: Any) -> None:
+    load_file(settings.id_data, settings.filepath)
+    settings.id_data.update_tag()
+
+
+class _Illuminant:
+    """The properties that choose an illuminant, for lights and worlds alike."""
+
+    source: EnumProperty(
+        name="Illuminant",
+        description="Where the spectrum of the light comes from",
+        items=source_items,
+        default="COLOR",
+        update=_light_changed,
+    )
+    illuminant: StringProperty(
+        name="Lamp",
+        description="Name of the lamp in the library: A, D50, D65, FL2, HP1, LED-B3, projector-halogen and others",
+        default="D65",
+        search=search_illuminants,
+        update=_light_changed,
+    )
+    radiator: EnumProperty(
+        name="Radiator",
+        description="Which family of lights the temperature selects from",
+        items=radiator_items,
+        update=_light_changed,
+    )
+    temperature: FloatProperty(
+        name="Temperature",
+        description="Colour temperature in kelvin: 1900 for a candle, 2856 for a light bulb, 6500 for daylight. "
+        "Daylight is defined from 4000 K on",
+        default=2856.0,
+        min=800.0,
+        max=25000.0,
+        step=10000,
+        precision=0,
+        update=_light_changed,
+    )
+    filepath: StringProperty(
+        name="File",
+        description="Spectrum file: wavelength in nm and power, column by column. Its samples are kept in the .blend",
+        subtype="FILE_PATH",
+        update=_file_changed,
+    )
+
+
+class DichromaticLightSettings(_Illuminant, bpy.types.PropertyGroup):
+    """The illuminant of a light."""
+
+
+class DichromaticWorldSettings(_Illuminant, bpy.types.PropertyGroup):
+    """The illuminant of the world's background."""
+
+
+class DichromaticSceneSettings(bpy.types.PropertyGroup):
+    """How a scene is rendered and shown."""
+
+    samples: IntProperty(
+        name="Samples",
+        description="Rays a pixel: smooths edges. Colours are exact with a single one",
+        default=4,
+        min=1,
+        soft_max=64,
+        max=65536,
+    )
+    seed: IntProperty(name="Seed", description="Equal seeds give equal pictures, bit by bit", default=0, min=0)
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        description="How the rays of a pixel are weighted",
+        items=filter_items,
+        default="blackman_harris",
+    )
+    filter_width: FloatProperty(
+        name="Width",
+        description="Width of the filter in pixels: sharper below, softer above",
+        default=1.5,
+        min=0.01,
+        soft_max=4.0,
+        max=16.0,
+        subtype="PIXEL",
+        precision=2,
+    )
+    precision: EnumProperty(
+        name="Precision",
+        description="Precision of the geometry; colours are always integrated in 64 bits",
+        items=precision_items,
+        default="float32",
+    )
+    observer: EnumProperty(
+        name="Observer",
+        description="The eye that sees the spectra: the CIE's colour-matching functions",
+        items=observer_items,
+        default="cie_1931_2",
+    )
+    grid: EnumProperty(
+        name="Wavelengths",
+        description="The wavelengths that spectra are integrated on",
+        items=grid_items,
+        default="exact",
+    )
+    max_bounces: IntProperty(
+        name="Max Bounces",
+        description="How often light may be mirrored on its way to the camera; only materials with a Mirror do so",
+        default=4,
+        min=0,
+        soft_max=16,
+        max=1024,
+    )
+    bounce_spectra: EnumProperty(
+        name="Mirrored Light",
+        description="How the spectra of mirrored light are carried",
+        items=bounce_items,
+        default="auto",
+    )
+    bounce_grid: EnumProperty(
+        name="Nodes",
+        description="The wavelengths that mirrored light is carried at, where it is carried at nodes",
+        items=grid_items,
+        default="standard",
+    )
+    adaptation: EnumProperty(
+        name="Adaptation",
+        description="How the colours of the adopted white are brought to the display's white (D65)",
+        items=adaptation_items,
+        default="bradford",
+    )
+    white_source: EnumProperty(
+        name="Adopted White",
+        description="The light that the eye or camera has adapted to; it will look white",
+        items=white_items,
+        default="LIBRARY",
+    )
+    white_illuminant: StringProperty(
+        name="Lamp",
+        description="Name of the lamp in the library whose light is to look white",
+        default="D65",
+        search=search_illuminants,
+    )
+    white_radiator: EnumProperty(
+        name="Radiator", description="Which family of lights the temperature selects from", items=radiator_items
+    )
+    white_temperature: FloatProperty(
+        name="Temperature",
+        description="Colour temperature in kelvin of the light that is to look white",
+        default=2856.0,
+        min=800.0,
+        max=25000.0,
+        step=10000,
+        precision=0,
+    )
+    white_light: PointerProperty(
+        name="Light", description="The light whose illuminant is to look white", type=bpy.types.Light
+    )
+
+
+def _luminance(colour: Sequence[float]) -> float:
+    rgb = working_to_rec709(colour)
+    return max(0.0, sum(part * weight for part, weight in zip(rgb, REC709_LUMINANCE, strict=True)))
+
+
+def _tinted_daylight(colour: Sequence[float]) -> core.Spectrum:
+    """Daylight whose linear RGB is `colour` up to its brightness: D65 times the reflectance of that colour."""
+    tint = uplifted(colour)
+    daylight = core.illuminant("D65")
+    if tint.is_constant:  # white, or black, whose power is zero whatever its spectrum
+        return daylight
+    wavelengths = core.REFERENCE_WAVELENGTHS_NM
+    return core.Spectrum(wavelengths, tint.at(wavelengths) * daylight.at(wavelengths), name="tinted D65")
+
+
+def _chosen_illuminant(owner: Any, colour: Sequence[float]) -> core.Spectrum:
+    """Return the illuminant that a light's or world's settings choose."""
+    settings = owner.dichromatic
+    if settings.source == "LIBRARY":
+        return illuminant_by_name(settings.illuminant)
+    if settings.source == "TEMPERATURE":
+        return radiator(settings.radiator, settings.temperature)
+    if settings.source == "FILE":
+        return stored_spectrum(owner, settings.filepath)
+    return _tinted_daylight(colour)
+
+
+def read_illuminant(light: Any) -> core.Spectrum:
+    """Return the illuminant of a light.
+
+    Parameters
+    ----------
+    light : bpy.types.Light
+        Original or evaluated.
+
+    Returns
+    -------
+    Spectrum
+        Relative spectral power; its scale means nothing.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be had; the message names the light and the reason.
+    """
+    try:
+        return _chosen_illuminant(light, compat.light_colour_factor(light))
+    except core.DichromaticError as error:
+        raise core.SceneError(f"Illuminant of light '{light.name}': {error}") from error
+
+
+def light_luminance(light: Any) -> float:
+    """Return the factor that a light's colour puts on its power: its luminance, or 1 where the colour is not used."""
+    return _luminance(compat.light_colour_factor(light)) if light.dichromatic.source == "COLOR" else 1.0
+
+
+def world_illuminant(scene: Any, colour: Sequence[float]) -> tuple[core.Spectrum, float]:
+    """Return the illuminant of a scene's world, and the luminance of the background's colour.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        A scene with a world.
+    colour : sequence of float
+        Scene linear RGB of the background; its luminance counts for every source, its hue for "own colour".
+
+    Returns
+    -------
+    tuple of (Spectrum, float)
+        Relative spectral power, and the factor on the background's strength.
+
+    Raises
+    ------
+    SceneError
+        If the illuminant cannot be had; the message names the world and the reason.
+    """
+    try:
+        return _chosen_illuminant(scene.world, colour), _luminance(colour)
+    except core.DichromaticError as error:
+        raise core.SceneError(f"Illuminant of world '{scene.world.name}': {error}") from error
+
+
+def illuminant_problem(owner: Any) -> str:
+    """Say why the illuminant of a light or world cannot be had, for its panel; an empty string when it can."""
+    settings = owner.dichromatic
+    if settings.source == "LIBRARY" and settings.illuminant not in core.illuminant_names():
+        return f"the library has no illuminant '{settings.illuminant}'"
+    if settings.source == "TEMPERATURE" and settings.radiator == "DAYLIGHT" and settings.temperature < 4000.0:
+        return "daylight is defined from 4000 K on"
+    if settings.source == "FILE":
+        return stored_problem(owner, settings.filepath)
+    return ""
+
+
+def read_settings(scene: Any) -> core.RenderSettings:
+    """Return how a scene is rendered; the size is the whole picture's, in percent of the resolution as Blender has it.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Original or evaluated.
+
+    Returns
+    -------
+    RenderSettings
+        Checked by the core.
+
+    Raises
+    ------
+    DichromaticError
+        If a value breaks its rule.
+    """
+    settings, render = scene.dichromatic, scene.render
+    return core.RenderSettings(
+        width=max(1, render.resolution_x * render.resolution_percentage // 100),
+        height=max(1, render.resolution_y * render.resolution_percentage // 100),
+        samples=settings.samples,
+        pixel_filter=settings.pixel_filter,
+        filter_width=settings.filter_width,
+        seed=settings.seed,
+        observer=settings.observer,
+        grid=settings.grid,
+        max_bounces=settings.max_bounces,
+        bounce_spectra=settings.bounce_spectra,
+        bounce_grid=settings.bounce_grid,
+        precision=settings.precision,
+    )
+
+
+def read_display(scene: Any) -> DisplaySettings:
+    """Return how the colours of a scene are shown.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Original or evaluated.
+
+    Returns
+    -------
+    DisplaySettings
+        Adopted white and adaptation.
+
+    Raises
+    ------
+    SceneError
+        If the adopted white cannot be had; the message gives the reason.
+    """
+    settings = scene.dichromatic
+    try:
+        if settings.white_source == "TEMPERATURE":
+            white = radiator(settings.white_radiator, settings.white_temperature)
+        elif settings.white_source == "LIBRARY":
+            white = illuminant_by_name(settings.white_illuminant)
+        elif settings.white_light is None:
+            raise core.SceneError("no light is chosen")
+        else:
+            white = read_illuminant(settings.white_light)
+    except core.DichromaticError as error:
+        raise core.SceneError(f"Adopted white of scene '{scene.name}': {error}") from error
+    return DisplaySettings(white=white, adaptation=settings.adaptation)
+
+
+CLASSES = (DichromaticLightSettings, DichromaticWorldSettings, DichromaticSceneSettings)
+
+OWNERS = (
+    (bpy.types.Light, DichromaticLightSettings),
+    (bpy.types.World, DichromaticWorldSettings),
+    (bpy.types.Scene, DichromaticSceneSettings),
+)
+
+
+def register() -> None:
+    """Register the property groups and hang them on their owners."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    for owner, group in OWNERS:
+        owner.dichromatic = PointerProperty(name="Dichromatic", type=group)
+
+
+def unregister() -> None:
+    """Take the properties off again."""
+    for owner, _ in reversed(OWNERS):
+        del owner.dichromatic
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,86 @@
+"""The spectra that nodes, lights and the world can choose from, made from what their properties say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import mathutils
+
+from ._core import core
+
+__all__ = [
+    "illuminant_by_name",
+    "match_names",
+    "radiator",
+    "radiator_items",
+    "reflectance_by_name",
+    "search_illuminants",
+    "search_metals",
+    "search_spectra",
+    "uplifted",
+    "working_to_rec709",
+]
+
+radiator_items = (
+    ("BLACKBODY", "Blackbody", "Planckian radiator: candles, incandescent lamps", 0),
+    ("DAYLIGHT", "Daylight", "CIE daylight phase, 4000 to 25000 K: sun and sky", 1),
+)
+
+
+def match_names(text: str, names: Iterable[str]) -> list[str]:
+    """Return the names that contain every word of `text`, whatever the case."""
+    words = text.lower().split()
+    return [name for name in names if all(word in name.lower() for word in words)]
+
+
+def search_illuminants(owner: Any, context: Any, edit_text: str) -> list[str]:
+    """Offer the illuminants of the library (a ``search`` callback of a StringProperty)."""
+    return match_names(edit_text, core.illuminant_names())
+
+
+def search_spectra(owner: Any, context: Any, edit_text: str) -> list[str]:
+    """Offer the reflectances of the library, then its illuminants."""
+    return match_names(edit_text, [*core.reflectance_names(), *core.illuminant_names()])
+
+
+def search_metals(owner: Any, context: Any, edit_text: str) -> list[str]:
+    """Offer the metals of the library."""
+    return match_names(edit_text, core.metal_names())
+
+
+def illuminant_by_name(name: str) -> core.Spectrum:
+    """Return an illuminant of the library, or raise naming the one that is missing."""
+    if name not in core.illuminant_names():
+        raise core.InvalidParameterError(f"the library has no illuminant {name!r}")
+    return core.illuminant(name)
+
+
+def reflectance_by_name(name: str) -> core.Spectrum:
+    """Return a reflectance (or an illuminant, as a filter) of the library, or raise naming the one that is missing."""
+    if name in core.reflectance_names():
+        return core.reflectance(name)
+    if name in core.illuminant_names():
+        return core.illuminant(name)
+    raise core.InvalidParameterError(f"the library has no spectrum {name!r}")
+
+
+def radiator(kind: str, temperature_k: float) -> core.Spectrum:
+    """Return the blackbody or daylight spectrum of a temperature in K."""
+    return core.daylight(temperature_k) if kind == "DAYLIGHT" else core.blackbody(temperature_k)
+
+
+def working_to_rec709(colour: Sequence[float]) -> tuple[float, float, float]:
+    """Convert a colour of Blender's working space (Rec.2020 or ACEScg in some files) to linear Rec.709."""
+    converted = mathutils.Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear()
+    return converted.r, converted.g, converted.b
+
+
+def uplifted(colour: Sequence[float], name: str = "") -> core.Spectrum:
+    """Return a smooth reflectance whose colour under D65 is a scene linear RGB; parts outside Rec.709 are cut off.
+
+    Colours brighter than 1 (a strong interface) give the spectrum of the same colour at 1, times their brightness.
+    """
+    rgb = [max(part, 0.0) for part in working_to_rec709(colour)]
+    brightest = max(1.0, *rgb)
+    return core.uplift([part / brightest for part in rgb]).scaled(brightest, name=name or "uplifted colour")
