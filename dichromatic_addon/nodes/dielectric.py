@@ -62,8 +62,10 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     bl_idname = PLASTIC_NODE
     bl_label = "Dichromatic Plastic"
-    bl_description = "Plastics and paints (Tominaga 1996, Type I): a coloured body below an interface that reflects "
+    bl_description = (
+        "Plastics and paints (Tominaga 1996, Type I): a coloured body below an interface that reflects "
         "all wavelengths alike"
+    )
     bl_icon = "MATERIAL"
 
     recipe = GroupRecipe(
@@ -95,8 +97,10 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     bl_idname = CLOTH_NODE
     bl_label = "Dichromatic Cloth/Paper"
-    bl_description = "Cloth and paper (Tominaga 1996, Type II): a coloured body and an interface with a "
+    bl_description = (
+        "Cloth and paper (Tominaga 1996, Type II): a coloured body and an interface with a "
         "spectral reflectance of its own"
+    )
     bl_icon = "MATERIAL"
 
     recipe = GroupRecipe(
