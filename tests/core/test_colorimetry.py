@@ -208,7 +208,7 @@ def test_chromaticities_published_by_the_cie(name, expected):
     nodes = np.arange(380.0, 781.0, 5.0)
     by_five = lamp.at(nodes) @ watcher.matching_functions[np.searchsorted(REFERENCE_WAVELENGTHS_NM, nodes)]
     np.testing.assert_allclose(xy(by_five), expected, rtol=0, atol=6e-5)
-    # Sums at 1 nm over the same tables joined by straight lines weigh a lamp's lines with the curvature of the observer.
+    # Sums at 1 nm over the same tables, joined by straight lines, weigh a lamp's lines with the observer's curvature.
     np.testing.assert_allclose(xy(white_point(lamp, watcher)), expected, rtol=0, atol=3e-4)
 
 
