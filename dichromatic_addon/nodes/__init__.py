@@ -15,6 +15,7 @@ CLASSES = (*spectrum.CLASSES, *dielectric.CLASSES, *metal.CLASSES, *editing.CLAS
 def register() -> None:
     """Register the nodes, their operators and menus."""
     for cls in CLASSES:
+        _rebase(cls)
         bpy.utils.register_class(cls)
     menu.register()
     handlers.register()
@@ -26,3 +27,15 @@ def unregister() -> None:
     menu.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+
+
+def _rebase(cls: type) -> None:
+    """Let a node class derive from today's ShaderNodeCustomGroup.
+
+    When such a class is unregistered, Blender (4.2 to 5.2) forgets its Python type of the base and makes a new one for
+    whoever asks next; classes of the old one are then refused: the add-on could not be enabled a second time.
+    """
+    current = bpy.types.ShaderNodeCustomGroup
+    bases = tuple(current if base.__name__ == current.__name__ else base for base in cls.__bases__)
+    if bases != cls.__bases__:
+        cls.__bases__ = bases
