@@ -32,6 +32,7 @@ CONSTANT_TOLERANCE = 0.02
 
 _SIGNAL_TO_NOISE = 10.0  # weaker spectra have no shape to test once they are normalised
 _SIGNIFICANCE = 0.9999
+_CONTENDER = 2.0  # Schlick's law alone may leave a metal this much worse than a plastic, and Fresnel's set it right
 _NOISE_MARGIN = 3.0  # noise is known from the few values of each curve, so its share of a rest is known to a factor
 
 
@@ -299,8 +300,8 @@ def is_turned(geometry: MeasurementGeometry) -> bool:
     return bool(np.sum(np.abs(along) > 1.0e-3) >= 2 and np.sum(np.abs(across) > 1.0e-3) >= 2)
 
 
-def compare_models(measurements: Measurements) -> tuple[Candidate, ...]:
-    """Fit every type and lobe, best first by Bayes' information criterion."""
+def compare_models(measurements: Measurements, metal_allowed: bool) -> tuple[Candidate, ...]:
+    """Fit every type and lobe, best first by Bayes' information criterion; refine metals where they are in the run."""
     geometry = measurements.require_geometry("comparing the lobes of the types")
     data = measurements.reflectances
     candidates = [
@@ -309,7 +310,11 @@ def compare_models(measurements: Measurements) -> tuple[Candidate, ...]:
         for kind in ATTENUATIONS
     ]
     incidence = geometry.facet_incidence()
-    weights: list[WeightModel] = [FixedWeight((1.0 - np.cos(incidence)) ** 5), FresnelWeight(incidence)]
+    weights: list[WeightModel] = [FixedWeight((1.0 - np.cos(incidence)) ** 5)]
+    plastic = min(c.fit.relative_residual for c in candidates)
+    metal = fit_weighted(MetalLobe(measurements, weights[0]), data).relative_residual
+    if metal_allowed and (metal < _CONTENDER * plastic or is_turned(geometry)):
+        weights.append(FresnelWeight(incidence))
     if data.shape[0] > 3 and np.all(geometry.from_mirror() < 1.0e-6):
         # A mirror series, as in Fig. 4: the mean reflectance at each incidence can be read from the spectra.
         weights.append(TableWeight(incidence, several_each=False))
@@ -387,7 +392,8 @@ def recommend_type(measurements: Measurements) -> Recommendation:
         chosen = "I" if tests.constant_in_span else "II"
         evidence.append(f"Recommended: Type {chosen}. Without angles a metal (Type III) cannot be told from a plastic.")
         return Recommendation(chosen, chosen == "II", tuple(evidence), tests, ())
-    candidates = compare_models(measurements)
+    metal_allowed = tests.one_dimensional or tests.constant_plus_normal
+    candidates = compare_models(measurements, metal_allowed)
     best = {name: next(c for c in candidates if c.material_type == name) for name in ("I", "II", "III")}
     for name in ("I", "II", "III"):
         fit = best[name].fit
@@ -395,7 +401,6 @@ def recommend_type(measurements: Measurements) -> Recommendation:
             f"Type {name} ({best[name].lobe}) leaves a residual of {100.0 * fit.relative_residual:.3g} %, "
             f"criterion {fit.criterion:.0f}."
         )
-    metal_allowed = tests.one_dimensional or tests.constant_plus_normal
     if metal_allowed and candidates[0].material_type == "III":
         chosen = "III"
         rivals = min(best["I"].fit.criterion, best["II"].fit.criterion)

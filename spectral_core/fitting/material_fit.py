@@ -177,7 +177,9 @@ class MaterialFit:
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 
-def fit_material(measurements: Measurements, options: FitOptions | None = None) -> MaterialFit:
+def fit_material(
+    measurements: Measurements, options: FitOptions | None = None, recommendation: Recommendation | None = None
+) -> MaterialFit:
     """Fit a material to spectra measured at several geometries.
 
     Parameters
@@ -186,6 +188,8 @@ def fit_material(measurements: Measurements, options: FitOptions | None = None) 
         At least 3 spectra, with angles.
     options : FitOptions, optional
         What to hold or choose; by default all is left to the data.
+    recommendation : Recommendation, optional
+        Of these measurements, if it has been asked for before; None asks for it here.
 
     Returns
     -------
@@ -204,7 +208,7 @@ def fit_material(measurements: Measurements, options: FitOptions | None = None) 
     """
     chosen = options or FitOptions()
     measurements.require_geometry("fitting a material")
-    recommendation = recommend_type(measurements)
+    recommendation = recommendation or recommend_type(measurements)
     name = chosen.material_type or recommendation.material_type
     if name is None:
         raise FittingError(

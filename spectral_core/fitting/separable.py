@@ -380,7 +380,7 @@ def fit_separable(
                 break
         if not trial_cost < cost:
             break
-        moved, stalled = float(np.max(np.abs(trial - p))), cost - trial_cost < 1.0e-13 * cost
+        moved, stalled = float(np.max(np.abs(trial - p))), cost - trial_cost < 1.0e-10 * cost
         p, damping = trial, max(damping / 10.0, 1.0e-12)
         basis, spectra, level, residual, jacobian, drift = _linearise(model(p), data, root_weights)
         cost = float(np.sum(residual * residual))
