@@ -9,7 +9,9 @@ installed, and after it was disabled and enabled again. Judging is the test's bu
 from __future__ import annotations
 
 import json
+import os
 import sys
+import traceback
 from pathlib import Path
 
 import bpy  # isort: skip  (it puts Blender's own modules on the path)
@@ -114,4 +116,10 @@ def fail(error: Exception) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    try:
+        main(*sys.argv[1:])
+    except BaseException:
+        # An engine that could not be unregistered would keep 4.5 from ever ending.
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
