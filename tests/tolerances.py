@@ -70,3 +70,23 @@ PLAIN_FORMULAS = 1e-7
 # Figures of copper's locus, given to four decimals (x, y) and two (Y); the integration step of the source is not told.
 PUBLISHED_XY = 5e-4
 PUBLISHED_LUMINANCE = 0.2
+
+# The product's hemisphere integrals stop when a refinement changes the result by less than 1e-5, or by default.
+HEMISPHERE_QUADRATURE = 1e-6
+
+# scipy's nested adaptive quadrature at epsrel 1e-8 over a kink at the horizon.
+ADAPTIVE_QUADRATURE = 1e-6
+
+# Albedos given to two decimals.
+PUBLISHED_ALBEDO = 0.005
+
+# Blender keeps camera matrices, lens and shift in float32 (2**-24): over a frame of 100 pixels and the few products of a
+# projection this is below a hundredth of a pixel.
+PROJECTION_IN_PIXELS = 0.01
+
+# Parameters fitted to data without noise: what docs/fitting.md promises. The printed equations of the test data lose
+# 1e-8 rad near rho = 0 to the arc cosine, and a lobe of n = 60 changes by 6e-7 of itself over that.
+FIT_OF_EXACT_DATA = 1e-6
+
+# The tilt of the bisector from two formulas, squared over beta^2: 1e-15 rad over 0.08 rad, times alpha / beta = 10.
+PRINTED_ANGLES = 1e-12
