@@ -164,13 +164,11 @@ class _LayerJob:
         settings = exported.settings
         if self._listener is not None and self._listener.adjust is not None:
             settings = self._listener.adjust(settings)
-        show = None
-        if not bpy.app.background:
-            rows = -(-settings.height // _BANDS_WANTED)
-            settings = replace(settings, band_samples=max(_LEAST_BAND_SAMPLES, rows * settings.width))
+        rows = -(-settings.height // _BANDS_WANTED)
+        settings = replace(settings, band_samples=max(_LEAST_BAND_SAMPLES, rows * settings.width))
 
-            def show(band: Any) -> None:
-                self._show(band, exported)
+        def show(band: Any) -> None:
+            self._show(band, exported)
 
         render = core.render(exported.scene, settings, self._progress, self._engine.test_break, show)
         render.statistics.notes.extend(exported.notes)

@@ -1,0 +1,28 @@
+"""The add-on, registered once in this process's Blender, and an empty file for each test that asks for one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+@pytest.fixture(scope="session")
+def addon() -> Iterator[Any]:
+    """The registered add-on; taken out again at the end, for an engine left registered hangs Blender's exit."""
+    import dichromatic_addon
+
+    dichromatic_addon.register()
+    yield dichromatic_addon
+    dichromatic_addon.unregister()
+
+
+@pytest.fixture
+def scene(addon: Any) -> Any:
+    """The scene of an empty file, with the dichromatic engine chosen."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.engine = "DICHROMATIC"
+    return scene
