@@ -55,7 +55,7 @@ def life(package: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[
     assert run.returncode == 0, run.stdout[-4000:] + run.stderr[-4000:]
     observed = json.loads((folder / "observed.json").read_text(encoding="utf-8"))
     if artifacts := os.environ.get("DICHROMATIC_ARTIFACTS"):  # `make test-matrix` compares the versions' pictures
-        shutil.copyfile(folder / "first.npy", Path(artifacts, f"cups-{observed['blender']}.npy"))
+        shutil.copyfile(folder / "first.npy", Path(artifacts, f"cups-{observed['blender'].split()[0]}.npy"))
     return observed, folder
 
 
