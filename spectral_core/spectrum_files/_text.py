@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 from ..errors import SpectrumFileError
@@ -127,7 +127,7 @@ def number(path: Path, line: int, token: str, what: str, *, comma: bool = False,
     text = token.strip().strip('"')
     try:
         value = float(Decimal(text.replace(",", ".") if comma else text) * Decimal(factor))
-    except InvalidOperation:
+    except ArithmeticError:  # no number, or one beyond what decimals hold
         shown = f"{text!r} is not a number" if text else "is missing"
         raise fail(path, line, f"the {what} {shown}") from None
     if not math.isfinite(value):
@@ -162,13 +162,16 @@ def ordered(path: Path, samples: list[Sample]) -> list[Sample]:
     Own design.
     """
     for sample in samples:
-        if sample.wavelength_nm <= 0.0:
+        if not 0.0 < sample.wavelength_nm < math.inf:
             raise fail(path, sample.line, f"wavelengths must be positive, but this is {sample.wavelength_nm} nm")
-    falling = len(samples) > 1 and samples[1].wavelength_nm < samples[0].wavelength_nm
+        if not all(map(math.isfinite, sample.values)):
+            raise fail(path, sample.line, "the value is too large")
+    falls = sum(after.wavelength_nm < before.wavelength_nm for before, after in itertools.pairwise(samples))
+    falling = 2 * falls > len(samples) - 1  # most of the steps tell the direction that is meant
     for before, after in itertools.pairwise(samples):
         right = after.wavelength_nm < before.wavelength_nm if falling else after.wavelength_nm > before.wavelength_nm
         if not right:
-            direction = "decrease strictly, as they begin to" if falling else "increase strictly"
+            direction = "decrease strictly, as they mostly do" if falling else "increase strictly"
             raise SpectrumFileError(
                 f"wavelengths must {direction}: {after.wavelength_nm} nm follows {before.wavelength_nm} nm "
                 f"in {path.name} line {after.line}"

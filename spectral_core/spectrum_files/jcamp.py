@@ -13,7 +13,9 @@ __all__ = ["read_jcamp"]
 _SQUEEZED = {c: str(i) for i, c in enumerate("@ABCDEFGHI")} | {c: f"-{i}" for i, c in enumerate("abcdefghi", 1)}
 _DIFFERENCE = {c: str(i) for i, c in enumerate("%JKLMNOPQR")} | {c: f"-{i}" for i, c in enumerate("jklmnopqr", 1)}
 _DUPLICATE = {c: str(i) for i, c in enumerate("STUVWXYZs", 1)}
-_TOKEN = re.compile(r"\s*([@A-Ia-i%J-Rj-rS-Zs]\d*(?:\.\d+)?|[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]\d+)?|\?)[ ,]*", re.ASCII)
+_TOKEN = re.compile(
+    r"\s*([@A-Ia-i%J-Rj-rS-Zs]\d{0,18}(?:\.\d+)?|[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]\d+)?|\?)[ ,]*", re.ASCII
+)
 _PAIR = re.compile(r"\s*([^\s,;]+)\s*[,\s]\s*([^\s,;]+)\s*;?")
 _UNUSABLE = ("ABSORBANCE", "KUBELKA", "LOG")
 
@@ -141,8 +143,8 @@ def _tokens(path: Path, line: int, text: str) -> list[str]:
     return found
 
 
-def _decompressed(path: Path, line: int, tokens: list[str], last: float | None) -> tuple[list[float], bool]:
-    """Ordinates of one line, and whether it ends in the difference form."""
+def _decompressed(path: Path, line: int, tokens: list[str], room: int) -> tuple[list[float], bool]:
+    """Ordinates of one line, at most `room` of them, and whether it ends in the difference form."""
     values: list[float] = []
     step: float | None = None
     for token in tokens:
@@ -152,17 +154,21 @@ def _decompressed(path: Path, line: int, tokens: list[str], last: float | None) 
         if head in _DUPLICATE:
             if not values:
                 raise fail(path, line, f"the repetition {token!r} follows no value")
-            for _ in range(int(_DUPLICATE[head] + token[1:]) - 1):
-                values.append(values[-1] + (step or 0.0))
+            if "." in token:
+                raise fail(path, line, f"the repetition {token!r} must be whole")
+            count = int(_DUPLICATE[head] + token[1:]) - 1
+            if count > room - len(values):
+                raise fail(path, line, f"the repetition {token!r} makes more points than the file announces")
+            base = values[-1]
+            values.extend([base + (step or 0.0) * i for i in range(1, count + 1)])
         elif head in _DIFFERENCE:
             step = float(_DIFFERENCE[head] + token[1:])
-            before = values[-1] if values else last
-            if before is None:
+            if not values:
                 raise fail(path, line, f"the difference {token!r} follows no value")
-            values.append(before + step)
+            values.append(values[-1] + step)
         else:
             step = None
-            values.append(float(_SQUEEZED[head] + token[1:] if head in _SQUEEZED else token))
+            values.append(number(path, line, _SQUEEZED[head] + token[1:] if head in _SQUEEZED else token, "ordinate"))
     return values, step is not None
 
 
@@ -180,7 +186,7 @@ def _spaced(
     for line, text in data:
         tokens = _tokens(path, line, text)
         abscissa = number(path, line, tokens[0], "abscissa") * x_factor
-        values, ends_in_differences = _decompressed(path, line, tokens[1:], None)
+        values, ends_in_differences = _decompressed(path, line, tokens[1:], points - len(ordinates) + 1)
         if in_differences and values:
             # In the difference form a line repeats the last ordinate of the line before, as a check.
             if abs(values[0] - ordinates[-1][0]) > 0.5:

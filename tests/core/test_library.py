@@ -120,9 +120,9 @@ def test_projector_lamp_is_continued_smoothly():
 
 
 def test_unknown_names_are_answered_with_near_ones():
-    with pytest.raises(InvalidParameterError, match="near: .*D65"):
+    with pytest.raises(InvalidParameterError, match=r"near: .*D65"):
         illuminant("D66")
-    with pytest.raises(InvalidParameterError, match="near: .*plastic blue"):
+    with pytest.raises(InvalidParameterError, match=r"near: .*plastic blue"):
         reflectance("plastik blue")
     with pytest.raises(InvalidParameterError, match="near: copper"):
         optical_constants("coper")
