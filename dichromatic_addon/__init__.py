@@ -7,9 +7,9 @@ __all__ = ["register", "unregister"]
 
 def _modules() -> tuple[object, ...]:
     """Return the modules in the order of registration; imported late, so that the package itself needs no Blender."""
-    from . import cli, engine, nodes, operators, properties
+    from . import cli, engine, nodes, operators, panels, preferences, presets, properties
 
-    return (properties, nodes, engine, operators, cli)
+    return (properties, preferences, nodes, presets, panels, engine, operators, cli)
 
 
 def register() -> None:

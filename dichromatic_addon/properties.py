@@ -36,9 +36,9 @@ __all__ = [
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
 
 source_items = (
-    ("COLOR", "Own Colour", "Daylight (D65) tinted by the colour; white is D65 itself", "COLOR", 0),
+    ("COLOR", "Own Color", "Daylight (D65) tinted by the color; white is D65 itself", "COLOR", 0),
     ("LIBRARY", "Library", "A standard or measured lamp of the library", "ASSET_MANAGER", 1),
-    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some colour temperature", "LIGHT", 2),
+    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some color temperature", "LIGHT", 2),
     ("FILE", "File", "A spectrum file (CSV, SPD and others); its samples are kept in the .blend as well", "FILE", 3),
 )
 
@@ -52,14 +52,14 @@ grid_items = (
     ("reference", "Reference, 81", "380 to 780 nm at 5 nm", 1),
     ("paper", "Paper, 61", "400 to 700 nm at 5 nm, the samples of Tominaga's paper", 2),
     ("high", "High, 31", "400 to 700 nm at 10 nm", 3),
-    ("standard", "Standard, 16", "16 chosen wavelengths; colour errors stay below the visible for most lamps", 4),
+    ("standard", "Standard, 16", "16 chosen wavelengths; color errors stay below the visible for most lamps", 4),
     ("draft", "Draft, 8", "8 chosen wavelengths, for a quick look", 5),
 )
 
 bounce_items = (
     ("auto", "Automatic", "As products of spectra while they are few, at nodes where they would be too many", 0),
     ("terms", "Products", "As products of spectra: exact, whatever their number", 1),
-    ("nodes", "Nodes", "At chosen wavelengths: fast, with a small colour error", 2),
+    ("nodes", "Nodes", "At chosen wavelengths: fast, with a small color error", 2),
 )
 
 precision_items = (
@@ -75,14 +75,14 @@ filter_items = (
 )
 
 adaptation_items = (
-    ("none", "None", "Show the colours as they are: tungsten light looks orange", 0),
+    ("none", "None", "Show the colors as they are: tungsten light looks orange", 0),
     ("bradford", "Bradford", "Adapt the adopted white to the display's white, as in ICC profiles", 1),
     ("cat16", "CAT16", "Adapt the adopted white to the display's white, as in CIECAM16", 2),
 )
 
 white_items = (
     ("LIBRARY", "Library", "A lamp of the library", 0),
-    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some colour temperature", 1),
+    ("TEMPERATURE", "Temperature", "A blackbody or daylight of some color temperature", 1),
     ("LIGHT", "Light", "The illuminant of one of the file's lights", 2),
 )
 
@@ -137,7 +137,7 @@ class _Illuminant:
     )
     temperature: FloatProperty(
         name="Temperature",
-        description="Colour temperature in kelvin: 1900 for a candle, 2856 for a light bulb, 6500 for daylight. "
+        description="Color temperature in kelvin: 1900 for a candle, 2856 for a light bulb, 6500 for daylight. "
         "Daylight is defined from 4000 K on",
         default=2856.0,
         min=800.0,
@@ -167,7 +167,7 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
 
     samples: IntProperty(
         name="Samples",
-        description="Rays a pixel: smooths edges. Colours are exact with a single one",
+        description="Rays a pixel: smooths edges. Colors are exact with a single one",
         default=4,
         min=1,
         soft_max=64,
@@ -192,13 +192,13 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
     )
     precision: EnumProperty(
         name="Precision",
-        description="Precision of the geometry; colours are always integrated in 64 bits",
+        description="Precision of the geometry; colors are always integrated in 64 bits",
         items=precision_items,
         default="float32",
     )
     observer: EnumProperty(
         name="Observer",
-        description="The eye that sees the spectra: the CIE's colour-matching functions",
+        description="The eye that sees the spectra: the CIE's color-matching functions",
         items=observer_items,
         default="cie_1931_2",
     )
@@ -230,7 +230,7 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
     )
     adaptation: EnumProperty(
         name="Adaptation",
-        description="How the colours of the adopted white are brought to the display's white (D65)",
+        description="How the colors of the adopted white are brought to the display's white (D65)",
         items=adaptation_items,
         default="bradford",
     )
@@ -251,7 +251,7 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
     )
     white_temperature: FloatProperty(
         name="Temperature",
-        description="Colour temperature in kelvin of the light that is to look white",
+        description="Color temperature in kelvin of the light that is to look white",
         default=2856.0,
         min=800.0,
         max=25000.0,

@@ -83,4 +83,4 @@ def uplifted(colour: Sequence[float], name: str = "") -> core.Spectrum:
     """
     rgb = [max(part, 0.0) for part in working_to_rec709(colour)]
     brightest = max(1.0, *rgb)
-    return core.uplift([part / brightest for part in rgb]).scaled(brightest, name=name or "uplifted colour")
+    return core.uplift([part / brightest for part in rgb]).scaled(brightest, name=name or "uplifted color")

@@ -7,11 +7,14 @@ corrupts memory.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ._core import core
+from .compat import root_package
 
 __all__ = ["load_file", "stored_problem", "stored_spectrum"]
 
@@ -19,6 +22,17 @@ WAVELENGTHS_KEY = "dichromatic_wavelengths_nm"
 VALUES_KEY = "dichromatic_values"
 PATH_KEY = "dichromatic_spectrum_file"
 PROBLEM_KEY = "dichromatic_spectrum_problem"
+
+
+def _find(owner: Any, filepath: str) -> Path:
+    """Return the file where it is said to be, or by its name in the folder of spectra of the preferences."""
+    path = Path(bpy.path.abspath(filepath, library=getattr(owner.id_data, "library", None)))
+    addon = bpy.context.preferences.addons.get(root_package())
+    folder = addon.preferences.spectra_folder if addon else ""
+    if folder and not path.is_file():
+        other = Path(bpy.path.abspath(folder)) / path.name
+        return other if other.is_file() else path
+    return path
 
 
 def _forget(owner: Any) -> None:
@@ -37,9 +51,8 @@ def load_file(owner: Any, filepath: str) -> None:
     if not filepath:
         return
     owner[PATH_KEY] = filepath
-    absolute = bpy.path.abspath(filepath, library=getattr(owner.id_data, "library", None))
     try:
-        spectrum = core.read_spectrum(absolute)
+        spectrum = core.read_spectrum(_find(owner, filepath))
     except (core.DichromaticError, OSError) as error:
         owner[PROBLEM_KEY] = str(error)
         return
@@ -67,4 +80,6 @@ def stored_spectrum(owner: Any, filepath: str) -> core.Spectrum:
     problem = stored_problem(owner, filepath)
     if problem:
         raise core.SpectrumFileError(problem)
-    return core.Spectrum(list(owner[WAVELENGTHS_KEY]), list(owner[VALUES_KEY]), name=bpy.path.basename(filepath))
+    return core.Spectrum(
+        np.array(owner[WAVELENGTHS_KEY]), np.array(owner[VALUES_KEY]), name=bpy.path.basename(filepath)
+    )

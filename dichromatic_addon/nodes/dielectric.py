@@ -63,7 +63,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
     bl_idname = PLASTIC_NODE
     bl_label = "Dichromatic Plastic"
     bl_description = (
-        "Plastics and paints (Tominaga 1996, Type I): a coloured body below an interface that reflects "
+        "Plastics and paints (Tominaga 1996, Type I): a colored body below an interface that reflects "
         "all wavelengths alike"
     )
     bl_icon = "MATERIAL"
@@ -98,7 +98,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
     bl_idname = CLOTH_NODE
     bl_label = "Dichromatic Cloth/Paper"
     bl_description = (
-        "Cloth and paper (Tominaga 1996, Type II): a coloured body and an interface with a "
+        "Cloth and paper (Tominaga 1996, Type II): a colored body and an interface with a "
         "spectral reflectance of its own"
     )
     bl_icon = "MATERIAL"
@@ -114,7 +114,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
                 "COLOR",
                 (0.9, 0.9, 0.9, 1.0),
                 description="S_I, the spectral reflectance of the highlight at its centre, relative to matte white. "
-                "Link a Spectrum node, or choose a colour, which is uplifted to a smooth spectrum",
+                "Link a Spectrum node, or choose a color, which is uplifted to a smooth spectrum",
             ),
             N_INPUT,
             MIRROR_INPUT,

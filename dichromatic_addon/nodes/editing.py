@@ -12,8 +12,8 @@ from .fallback import COLOUR_INPUTS
 __all__ = ["CLASSES", "link_spectrum_node", "material_output", "set_surface_node", "surface_items", "surface_node_of"]
 
 surface_items = (
-    (PLASTIC_NODE, "Plastic or Paint", "Type I: a coloured body, and a highlight of the lamp's colour", "MATERIAL", 0),
-    (CLOTH_NODE, "Cloth or Paper", "Type II: a coloured body, and a highlight with a colour of its own", "MATERIAL", 1),
+    (PLASTIC_NODE, "Plastic or Paint", "Type I: a colored body, and a highlight of the lamp's color", "MATERIAL", 0),
+    (CLOTH_NODE, "Cloth or Paper", "Type II: a colored body, and a highlight with a color of its own", "MATERIAL", 1),
     (METAL_NODE, "Metal", "Type III: no body; a reflection that turns white towards grazing angles", "MATERIAL", 2),
 )
 

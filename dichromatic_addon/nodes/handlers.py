@@ -31,7 +31,7 @@ def refresh_nodes(trees: list[Any]) -> None:
 def _after_load(*_: Any) -> None:
     """Rebuild hidden groups of an older version; a new group is made for a node only when it is added."""
     for node_type in (*SURFACE_NODES, SPECTRUM_NODE):
-        recipe = getattr(bpy.types, node_type).recipe
+        recipe = bpy.types.Node.bl_rna_get_subclass_py(node_type).recipe
         if any(
             tree.library is None and tree.get("dichromatic_node_group") == recipe.tag for tree in bpy.data.node_groups
         ):

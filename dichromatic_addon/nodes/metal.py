@@ -28,7 +28,7 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
     bl_idname = METAL_NODE
     bl_label = "Dichromatic Metal"
     bl_description = (
-        "Metals (Tominaga 1996, Type III): Torrance-Sparrow facets whose reflectance turns from the metal's colour "
+        "Metals (Tominaga 1996, Type III): Torrance-Sparrow facets whose reflectance turns from the metal's color "
         "to white towards grazing incidence"
     )
     bl_icon = "MATERIAL"

@@ -29,7 +29,7 @@ source_items = (
     ),
     ("GAUSSIAN", "Band", "A Gaussian band on a constant base", "SMOOTHCURVE", 3),
     ("CONSTANT", "Constant", "The same value at every wavelength: a neutral grey", "REMOVE", 4),
-    ("COLOR", "RGB Uplift", "The smooth spectrum whose colour under daylight (D65) is the one chosen", "COLOR", 5),
+    ("COLOR", "RGB Uplift", "The smooth spectrum whose color under daylight (D65) is the one chosen", "COLOR", 5),
 )
 
 
@@ -60,7 +60,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
                 "Color",
                 "COLOR",
                 (0.8, 0.1, 0.05, 1.0),
-                description="The colour under daylight (D65) that the spectrum is to have",
+                description="The color under daylight (D65) that the spectrum is to have",
             ),
             SocketRecipe(
                 "Scale", "FLOAT", 1.0, low=0.0, high=1.0e6, description="Factor on the whole spectrum (no unit)"
@@ -102,7 +102,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
     )
     temperature: FloatProperty(
         name="Temperature",
-        description="Colour temperature in kelvin: 2856 for a light bulb, 6500 for daylight",
+        description="Color temperature in kelvin: 2856 for a light bulb, 6500 for daylight",
         default=6500.0,
         min=800.0,
         max=25000.0,

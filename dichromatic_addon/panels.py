@@ -1,0 +1,330 @@
+"""The panels of our engine in the Properties editor, and Blender's own panels that it shares."""
+
+from typing import Any
+
+import bpy
+
+from .compat import node_tree_of
+from .names import ENGINE_ID, SURFACE_NODES
+from .nodes.editing import surface_items, surface_node_of
+from .presets import DICHROMATIC_MT_material_presets
+from .properties import illuminant_problem
+
+__all__ = ["CLASSES", "register", "unregister"]
+
+SHARED_PANELS = {  # of other engines, and useful for ours as they stand
+    "EEVEE_MATERIAL_PT_context_material",
+    "MATERIAL_PT_preview",
+    "MATERIAL_PT_viewport",
+    "WORLD_PT_context_world",
+    "VIEWLAYER_PT_layer",
+}
+NOT_SHARED_PREFIXES = (  # features that our engine does not render
+    "DATA_PT_volume",
+    "EEVEE_MATERIAL_PT_viewport_settings",
+    "MATERIAL_PT_freestyle",
+    "RENDER_PT_freestyle",
+    "RENDER_PT_gpencil",
+    "RENDER_PT_grease_pencil",
+    "RENDER_PT_simplify_greasepencil",
+    "VIEWLAYER_PT_freestyle",
+)
+NOT_SHARED = {"DATA_PT_light", "NODE_DATA_PT_light"}  # our light panel has the type of the light itself
+
+
+class _DichromaticPanel:
+    """What the panels have in common: where they are, and that they are for our engine only."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    COMPAT_ENGINES = {ENGINE_ID}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine in cls.COMPAT_ENGINES
+
+
+def _columns(layout: Any) -> Any:
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
+def _problem(layout: Any, text: str) -> None:
+    if text:
+        row = layout.row()
+        row.alert = True
+        row.label(text=text, icon="ERROR")
+
+
+def _draw_file(layout: Any, settings: Any) -> None:
+    row = layout.row(align=True)
+    row.prop(settings, "filepath")
+    row.context_pointer_set("dichromatic_file_owner", settings)
+    row.operator("dichromatic.reload_spectrum", text="", icon="FILE_REFRESH")
+
+
+def _draw_illuminant(layout: Any, owner: Any) -> None:
+    """Draw the choice of an illuminant, for lights and worlds alike."""
+    settings = owner.dichromatic
+    column = layout.column()
+    column.prop(settings, "source")
+    if settings.source == "LIBRARY":
+        column.prop(settings, "illuminant")
+    elif settings.source == "TEMPERATURE":
+        column.prop(settings, "radiator")
+        column.prop(settings, "temperature", text="Kelvin")
+    elif settings.source == "FILE":
+        _draw_file(column, settings)
+    _problem(layout, illuminant_problem(owner))
+
+
+class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Surface"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.material) and super().poll(context)
+
+    def draw_header_preset(self, context: Any) -> None:
+        self.layout.menu(DICHROMATIC_MT_material_presets.bl_idname, text="", icon="PRESET")
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        material = context.material
+        node = surface_node_of(material) if node_tree_of(material) else None
+        known = {item[0]: item[1] for item in surface_items}
+        label = known.get(node.bl_idname, node.name) if node else "None"
+        split = layout.split(factor=0.4)
+        heading = split.row()
+        heading.alignment = "RIGHT"
+        heading.label(text="Type")
+        split.operator_menu_enum("dichromatic.set_surface", "node_type", text=label, icon="NODE_MATERIAL")
+        if node is None or node.bl_idname not in SURFACE_NODES:
+            layout.label(text="Rendered from its base color; choose a type", icon="INFO")
+            if node is None:
+                return
+        if node.bl_idname in SURFACE_NODES:
+            _draw_spectrum_links(layout, node)
+        layout.separator()
+        output = material.node_tree.get_output_node("ALL")
+        layout.template_node_view(material.node_tree, output, output.inputs["Surface"])
+
+
+def _draw_spectrum_links(layout: Any, node: Any) -> None:
+    """Offer a Spectrum node for each spectrum that is still a plain colour."""
+    for socket in node.inputs:
+        if socket.type == "RGBA" and not socket.hide and not socket.is_linked:
+            split = layout.split(factor=0.4)
+            heading = split.row()
+            heading.alignment = "RIGHT"
+            heading.label(text=socket.name)
+            link = split.operator("dichromatic.link_spectrum", text="Use a Spectrum", icon="COLOR")
+            link.input_name = socket.name
+
+
+class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Light"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.light) and super().poll(context)
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        light = context.light
+        layout.row().prop(light, "type", expand=True)
+        _columns(layout)
+        column = layout.column()
+        column.prop(light, "energy", text="Strength" if light.type == "SUN" else "Power")
+        if hasattr(light, "exposure"):
+            column.prop(light, "exposure")
+        if light.type == "SUN":
+            column.prop(light, "angle")
+        elif light.type in ("POINT", "SPOT"):
+            column.prop(light, "shadow_soft_size", text="Radius")
+        elif light.type == "AREA":
+            column.prop(light, "shape")
+            if light.shape in ("RECTANGLE", "ELLIPSE"):
+                column.prop(light, "size", text="Size X")
+                column.prop(light, "size_y", text="Y")
+            else:
+                column.prop(light, "size")
+
+
+class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Illuminant"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.light) and super().poll(context)
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        light = context.light
+        _draw_illuminant(layout, light)
+        if light.dichromatic.source == "COLOR":
+            column = layout.column()
+            if getattr(light, "use_temperature", None) is not None:
+                column.prop(light, "use_temperature")
+                if light.use_temperature:
+                    column.prop(light, "temperature")
+            column.prop(light, "color")
+
+
+class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Background"
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.world) and super().poll(context)
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        world = context.world
+        _draw_illuminant(layout, world)
+        tree = node_tree_of(world)
+        if tree is None:
+            layout.prop(world, "color")
+            return
+        background = next((node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground"), None)
+        if background is None:
+            layout.label(text="The world has no Background node", icon="INFO")
+            return
+        layout.prop(background.inputs["Color"], "default_value", text="Color")
+        layout.prop(background.inputs["Strength"], "default_value", text="Strength")
+
+
+class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Sampling"
+    bl_context = "render"
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        settings = context.scene.dichromatic
+        layout.prop(settings, "samples")
+        column = layout.column()
+        column.prop(settings, "pixel_filter")
+        column.prop(settings, "filter_width")
+        layout.prop(settings, "seed")
+
+
+class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Spectral"
+    bl_context = "render"
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        settings = context.scene.dichromatic
+        layout.prop(settings, "observer")
+        layout.prop(settings, "grid")
+        layout.prop(settings, "precision")
+
+
+class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Mirrored Light"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        settings = context.scene.dichromatic
+        layout.prop(settings, "max_bounces")
+        layout.prop(settings, "bounce_spectra", text="Spectra")
+        column = layout.column()
+        column.active = settings.bounce_spectra != "terms"
+        column.prop(settings, "bounce_grid")
+
+
+class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "White Adaptation"
+    bl_context = "render"
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        settings = context.scene.dichromatic
+        layout.prop(settings, "adaptation")
+        column = layout.column()
+        column.active = settings.adaptation != "none"
+        column.prop(settings, "white_source")
+        if settings.white_source == "LIBRARY":
+            column.prop(settings, "white_illuminant")
+        elif settings.white_source == "TEMPERATURE":
+            column.prop(settings, "white_radiator")
+            column.prop(settings, "white_temperature", text="Kelvin")
+        else:
+            column.prop(settings, "white_light")
+
+
+class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Film and Output"
+    bl_context = "render"
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        scene = context.scene
+        layout.prop(scene.render, "film_transparent")
+        view = scene.view_settings
+        layout.prop(view, "view_transform")
+        faithful = view.view_transform in ("Standard", "Raw") and view.look == "None"
+        if not faithful:
+            layout.label(text="Colors are styled; Standard shows them as computed", icon="INFO")
+        layout.operator("dichromatic.render_image", icon="IMAGE_DATA")
+
+
+class DICHROMATIC_PT_passes(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        layout.prop(context.view_layer, "use_pass_z", text="Depth")
+
+
+CLASSES = (
+    DICHROMATIC_PT_material,
+    DICHROMATIC_PT_light,
+    DICHROMATIC_PT_light_illuminant,
+    DICHROMATIC_PT_world,
+    DICHROMATIC_PT_sampling,
+    DICHROMATIC_PT_spectrum,
+    DICHROMATIC_PT_mirrors,
+    DICHROMATIC_PT_adaptation,
+    DICHROMATIC_PT_output,
+    DICHROMATIC_PT_passes,
+)
+
+
+def _shared_panels() -> list[Any]:
+    """Blender's own panels that our engine shows too."""
+    shared = []
+    for panel in bpy.types.Panel.__subclasses__():
+        engines = getattr(panel, "COMPAT_ENGINES", None)
+        name = panel.__name__
+        if engines is None or name.startswith("DICHROMATIC_"):
+            continue
+        wanted = "BLENDER_RENDER" in engines and name not in NOT_SHARED and not name.startswith(NOT_SHARED_PREFIXES)
+        if wanted or name in SHARED_PANELS:
+            shared.append(panel)
+    return shared
+
+
+def register() -> None:
+    """Register the panels, and join Blender's own."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    for panel in _shared_panels():
+        panel.COMPAT_ENGINES.add(ENGINE_ID)
+
+
+def unregister() -> None:
+    """Leave Blender's panels, and take ours out again."""
+    for panel in bpy.types.Panel.__subclasses__():
+        if not panel.__name__.startswith("DICHROMATIC_"):
+            getattr(panel, "COMPAT_ENGINES", set()).discard(ENGINE_ID)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
