@@ -18,7 +18,7 @@ __all__ = ["Columns", "read_columns"]
 
 _COMMENT = re.compile(r"\s*(#|//|!)")
 _LAYOUTS = (("\t", False), ("\t", True), (";", False), (";", True), (",", False), (None, False), (None, True))
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,5 +157,6 @@ def _says_percent(title: str) -> bool:
 
 def _column_name(title: str) -> str:
     """Strip the unit from a column's title: ``R (%)`` is called R."""
+    title = title[:200]
     bare = re.sub(r"\(\s*(%|percent)\s*\)|\[\s*(%|percent)\s*\]|[_\s]*(%|percent)\s*$", "", title, flags=re.IGNORECASE)
     return bare.strip()

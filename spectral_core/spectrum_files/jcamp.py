@@ -14,9 +14,8 @@ _SQUEEZED = {c: str(i) for i, c in enumerate("@ABCDEFGHI")} | {c: f"-{i}" for i,
 _DIFFERENCE = {c: str(i) for i, c in enumerate("%JKLMNOPQR")} | {c: f"-{i}" for i, c in enumerate("jklmnopqr", 1)}
 _DUPLICATE = {c: str(i) for i, c in enumerate("STUVWXYZs", 1)}
 _TOKEN = re.compile(
-    r"\s*([@A-Ia-i%J-Rj-rS-Zs]\d{0,18}(?:\.\d+)?|[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]\d+)?|\?)[ ,]*", re.ASCII
+    r"\s*([@A-Ia-i%J-Rj-rS-Zs]\d{0,18}(?:\.\d+)?|[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:E[-+]\d+)?|\?)[ ,]*", re.ASCII
 )
-_PAIR = re.compile(r"\s*([^\s,;]+)\s*[,\s]\s*([^\s,;]+)\s*;?")
 _UNUSABLE = ("ABSORBANCE", "KUBELKA", "LOG")
 
 
@@ -121,14 +120,13 @@ def _listed(
 ) -> list[tuple[float, float, int]]:
     pairs = []
     for line, text in data:
-        position = 0
-        while text[position:].strip():
-            match = _PAIR.match(text, position)
-            if match is None:
-                raise fail(path, line, f"{text[position:].strip()!r} is not a pair x, y")
-            x = number(path, line, match[1], "abscissa") * x_factor
-            pairs.append((x, number(path, line, match[2], "ordinate") * y_factor, line))
-            position = match.end()
+        numbers = re.split(r"[\s,;]+", text.strip().rstrip(";"))
+        if len(numbers) % 2:
+            raise fail(path, line, f"must hold pairs x, y, but holds {len(numbers)} numbers")
+        for x, y in zip(numbers[::2], numbers[1::2], strict=True):
+            pairs.append(
+                (number(path, line, x, "abscissa") * x_factor, number(path, line, y, "ordinate") * y_factor, line)
+            )
     return pairs
 
 

@@ -8,6 +8,11 @@ from types import ModuleType
 from unittest.mock import NonCallableMock
 
 import pytest
+from hypothesis import settings
+
+# Speed is not asserted by the clock: a test machine that is busy with other things is no error of a reader.
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
 
 
 @pytest.fixture(scope="session")

@@ -223,6 +223,8 @@ def jcamp(data, xunits="NANOMETERS", yunits="REFLECTANCE", yfactor="0.01", first
     return head + data + "\n##END=\n"
 
 
+PAIRS = "##TITLE=t\n##XUNITS=MICROMETERS\n##YUNITS=TRANSMITTANCE\n##XYPOINTS=(XY..XY)\n"
+
 # The same six ordinates 100, 101, 102, 104, 104, 99 in every form of the standard's section 5.
 FORMS = {
     "plain": "400 100 101 102\n430 104 104 99",
@@ -255,8 +257,7 @@ def test_jcamp_wave_numbers_percent_and_pairs(tmp_path):
     spectrum = read_spectrum(file(tmp_path, text, "a.dx"))
     np.testing.assert_allclose(spectrum.wavelengths_nm, [400.0, 1e7 / 22500.0, 500.0], rtol=1e-15)
     assert spectrum.values.tolist() == [0.5, 0.6, 0.7]
-    pairs = "##TITLE=t\n##XUNITS=MICROMETERS\n##YUNITS=TRANSMITTANCE\n##XYPOINTS=(XY..XY)\n0.4,0.1; 0.5,0.2\n0.6 0.3\n"
-    spectrum = read_spectrum(file(tmp_path, pairs, "b.jcamp"))
+    spectrum = read_spectrum(file(tmp_path, PAIRS + "0.4,0.1; 0.5,0.2;\n0.6 0.3\n##END=\n", "b.jcamp"))
     np.testing.assert_allclose(spectrum.wavelengths_nm, [400.0, 500.0, 600.0], rtol=1e-15)
     assert spectrum.values.tolist() == [0.1, 0.2, 0.3]
 
@@ -281,6 +282,8 @@ def test_jcamp_wave_numbers_percent_and_pairs(tmp_path):
         (jcamp(FORMS["plain"]).replace("##DATA TYPE=", "##NTUPLES="), "NTUPLES data are not supported"),
         (jcamp(FORMS["plain"]).replace("##NPOINTS= 6", "##NPOINTS= six"), "line 10: the label NPOINTS 'six' is not a"),
         (jcamp(FORMS["plain"]).replace("##NPOINTS= 6", "##NPOINTS= 0"), "must announce at least one point"),
+        (PAIRS + "0.4,0.1; 0.5\n", "line 5: must hold pairs x, y, but holds 3 numbers"),
+        (PAIRS + "0.4,blue\n", "line 5: the ordinate 'blue' is not a number"),
         (jcamp("0 50 60\n20000 70", "1/CM", first=0, last=40000, points=3), "wave numbers must be positive"),
         (jcamp(FORMS["plain"]).replace("##XFACTOR=", "##XFACTOR"), "has no equals sign"),
     ],
@@ -442,7 +445,7 @@ SOUND = {
 }
 BITS = st.one_of(
     st.text(max_size=4),
-    st.sampled_from(["nan", "inf", "-", "1e400", "1e-400", "1e999999999999", "S99999999999", "9" * 5000, "\0", "\n", "_"]),
+    st.sampled_from(["nan", "inf", "-", "1e400", "1e-400", "1e999999999999", "S99999999999", "9" * 5000, "\0", "\n"]),
 )  # fmt: skip
 
 
