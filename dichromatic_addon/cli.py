@@ -44,6 +44,10 @@ class Verb:
 
 VERBS: tuple[Verb, ...] = (
     Verb("render", "cli_render", "render a .blend file to a PNG or EXR picture"),
+    Verb("relight", "cli_relight", "change lamps, paints or the display of a kept render, without tracing"),
+    Verb("lamps", "cli_lamps", "show a kept render under a list of lamps, side by side"),
+    Verb("metamerism", "cli_metamerism", "measure how colours move between two lamps, pixel by pixel"),
+    Verb("probe", "cli_probe", "take the spectrum of one pixel of a kept render apart"),
     Verb("fit", "cli_fit", "fit a material to spectra measured at several geometries"),
 )
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ._core import core
+from .plotting import new_figure, save_figure
 
 __all__ = ["draw_fit"]
 
 _SIZE_INCHES = (12.0, 7.5)
-_DOTS_PER_INCH = 120
 
 
 def draw_fit(fit: core.fitting.MaterialFit, path: Path) -> None:
@@ -34,18 +32,7 @@ def draw_fit(fit: core.fitting.MaterialFit, path: Path) -> None:
     InvalidParameterError
         If the file's suffix is none of these.
     """
-    suffix = path.suffix.lower()
-    if suffix not in (".png", ".svg", ".pdf"):
-        raise core.errors.InvalidParameterError(f"plot must end in .png, .svg or .pdf, but is {path.name!r}")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise core.errors.MissingDependencyError(
-            "drawing a plot needs matplotlib: pip install matplotlib (or leave --plot out)"
-        ) from error
-    figure = Figure(figsize=_SIZE_INCHES, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(path, _SIZE_INCHES)
     (spectra, components), (lobe, residuals) = figure.subplots(2, 2)
     _draw_spectra(spectra, fit)
     _draw_components(components, fit)
@@ -53,15 +40,7 @@ def draw_fit(fit: core.fitting.MaterialFit, path: Path) -> None:
     _draw_residuals(residuals, fit)
     title = f"{fit.measurements.name or 'measurements'}: Type {fit.material_type}"
     figure.suptitle(f"{title}, {', '.join(p.describe() for p in fit.parameters)}", fontsize="medium")
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=suffix)
-    os.close(handle)
-    try:
-        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=suffix[1:])
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    save_figure(figure, path)
 
 
 def _draw_spectra(axes: Any, fit: core.fitting.MaterialFit) -> None:

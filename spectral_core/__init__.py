@@ -7,7 +7,10 @@ holds coefficients, the spectra are integrated once per scene, and a lamp or a p
 from __future__ import annotations
 
 from . import fitting
+from .atomic_files import replacing
 from .colorimetry import (
+    ADAPTATIONS,
+    OBSERVERS,
     chromatic_adaptation,
     delta_e_2000,
     lab,
@@ -16,6 +19,7 @@ from .colorimetry import (
     wavelength_grid,
     white_point,
 )
+from .development import Development
 from .display import DISPLAYS, GAMUT_METHODS, SRGB_WHITE, display, fit_to_gamut
 from .errors import (
     DichromaticError,
@@ -35,37 +39,48 @@ from .library import (
     reflectance_names,
 )
 from .lights import PointLight, SpotLight, SunLight
+from .plan import make_plan
+from .probe import PixelProbe, probe_pixel
 from .reflection.attenuation import ATTENUATIONS
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
+from .render_file import open_render, save_render
 from .renderer import Render, render
 from .rgb_uplift import uplift
 from .scene import RenderSettings, Scene, World
+from .scene_spectra import SceneSpectra
 from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
+from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_spectrum
+from .studies import contact_sheet, metamerism_map, relit_by
 from .tracing import Camera, Instance, Mesh
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "ADAPTATIONS",
     "ATTENUATIONS",
     "DISPLAYS",
     "GAMUT_METHODS",
     "IMAGE_SUFFIXES",
+    "OBSERVERS",
     "REFERENCE_WAVELENGTHS_NM",
     "SRGB_WHITE",
     "Camera",
+    "Development",
     "DichromaticError",
     "Instance",
     "InvalidParameterError",
     "Material",
     "Mesh",
     "MissingDependencyError",
+    "PixelProbe",
     "PointLight",
     "Render",
     "RenderCancelledError",
     "RenderSettings",
     "Scene",
     "SceneError",
+    "SceneSpectra",
     "Spectrum",
     "SpectrumFileError",
     "SpotLight",
@@ -77,6 +92,7 @@ __all__ = [
     "__version__",
     "blackbody",
     "chromatic_adaptation",
+    "contact_sheet",
     "daylight",
     "delta_e_2000",
     "display",
@@ -86,16 +102,24 @@ __all__ = [
     "illuminant",
     "illuminant_names",
     "lab",
+    "make_plan",
     "metal_names",
+    "metamerism_map",
     "observer",
+    "open_render",
     "optical_constants",
+    "probe_pixel",
     "read_spectrum",
     "reflectance",
     "reflectance_names",
+    "relit_by",
     "render",
+    "replacing",
+    "save_render",
     "tristimulus_weights",
     "uplift",
     "wavelength_grid",
     "white_point",
     "write_image",
+    "write_spectral_exr",
 ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .atomic_files import replacing
 from .errors import DichromaticError, InvalidParameterError, MissingDependencyError
 
 __all__ = ["IMAGE_SUFFIXES", "read_image", "write_image"]
@@ -103,7 +103,7 @@ def write_image(
     spec.channelnames = tuple(channels)
     for name, value in (metadata or {}).items():
         spec.attribute(name, value)
-    _write_atomically(oiio, target, spec, data)
+    _write(oiio, target, spec, data)
 
 
 def quantise(pixels: NDArray[np.floating[Any]], dither_seed: int | None) -> NDArray[np.uint8]:
@@ -118,29 +118,16 @@ def quantise(pixels: NDArray[np.floating[Any]], dither_seed: int | None) -> NDAr
     return result
 
 
-def _write_atomically(oiio: ModuleType, target: Path, spec: object, data: NDArray[np.generic]) -> None:
-    if not target.parent.is_dir():
-        raise DichromaticError(f"{target} cannot be written: the folder {target.parent} does not exist")
-    handle, temporary = tempfile.mkstemp(suffix=target.suffix.lower(), prefix=f".{target.stem}-", dir=target.parent)
-    os.close(handle)
-    try:
-        output = oiio.ImageOutput.create(temporary)
+def _write(oiio: ModuleType, target: Path, spec: object, data: NDArray[np.generic]) -> None:
+    with replacing(target) as temporary:
+        output = oiio.ImageOutput.create(str(temporary))
         if output is None:
             raise DichromaticError(f"{target} cannot be written: {oiio.geterror()}")
         try:
-            if not output.open(temporary, spec) or not output.write_image(data):
+            if not output.open(str(temporary), spec) or not output.write_image(data):
                 raise DichromaticError(f"{target} cannot be written: {output.geterror()}")
         finally:
             output.close()
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes private files
-        os.replace(temporary, target)
-    except OSError as error:
-        raise DichromaticError(f"{target} cannot be written: {error}") from error
-    finally:
-        if os.path.exists(temporary):
-            os.remove(temporary)
 
 
 def read_image(path: str | os.PathLike[str]) -> tuple[NDArray[np.float32], tuple[str, ...]]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import os
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .atomic_files import replacing
 from .development import Development
 from .display import display
 from .errors import DichromaticError, InvalidParameterError
@@ -96,23 +95,8 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
         "statistics": dataclasses.asdict(render.statistics),
     }
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
-    _replace(target, buffer.getbuffer())
-
-
-def _replace(target: Path, content: memoryview) -> None:
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=".npz", dir=target.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            os.replace(temporary, target)
-        except BaseException:
-            os.remove(temporary)
-            raise
-    except OSError as error:
-        raise DichromaticError(f"{target} cannot be written: {error}") from error
+    with replacing(target) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
 class _SpectrumStore:
