@@ -9,6 +9,7 @@ from .hits import Hits, offset_origins
 from .mesh import Instance, Mesh
 from .rasterize import PrimaryView, primary_hits
 from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, square_points
+from .shadows import LightView, occluded_from_direction, occluded_from_point
 
 __all__ = [
     "PIXEL_FILTERS",
@@ -17,9 +18,12 @@ __all__ = [
     "Geometry",
     "Hits",
     "Instance",
+    "LightView",
     "Mesh",
     "PrimaryView",
     "disk_points",
+    "occluded_from_direction",
+    "occluded_from_point",
     "offset_origins",
     "pixel_offsets",
     "primary_hits",

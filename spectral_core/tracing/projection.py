@@ -18,8 +18,8 @@ Array = NDArray[Any]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_GUARD = 8.0
-"""Screen coordinates may leave the screen by this many of its sizes; beyond, float32 has too few digits left."""
+_GUARD = 0.5
+"""Screen coordinates may leave the screen by this many of its sizes: float32 has no digits to spare for more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Edges", "batches", "expand", "ordered_edges"]
+__all__ = ["Edges", "batches", "expand", "ordered_edges", "top_to_bottom"]
 
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -84,6 +84,39 @@ def batches(counts: Integers, size: int) -> Iterator[tuple[int, int]]:
         end = max(int(np.searchsorted(total, before + size, side="right")), begin + 1)
         yield begin, end
         begin = end
+
+
+def top_to_bottom(y: Array, corners: Integers) -> tuple[Integers, Integers, Integers]:
+    """Order the corners of triangles by height.
+
+    Parameters
+    ----------
+    y : (V,) ndarray
+        Heights of the vertices, growing downward.
+    corners : (S, 3) ndarray of int64
+        Vertex numbers.
+
+    Returns
+    -------
+    top, middle, bottom : (S,) ndarray of int64
+        Vertex numbers.
+
+    Raises
+    ------
+    IndexError
+        By numpy, if a vertex number is out of range.
+
+    References
+    ----------
+    Own design.
+    """
+    y0, y1, y2 = (np.take(y, corners[:, k]) for k in range(3))
+    code = (y0 > y1) + 2 * (y1 > y2).astype(np.int64) + 4 * (y0 > y2)
+    order = np.take(_TOP_TO_BOTTOM, code, axis=0)
+    order += 3 * np.arange(len(corners))[:, None]
+    flat = corners.ravel()
+    top, middle, bottom = (np.take(flat, order[:, k]) for k in range(3))
+    return top, middle, bottom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,12 +210,7 @@ def ordered_edges(x: Array, y: Array, nearness: Array, corners: Integers) -> Edg
     Own design.
     """
     count = len(corners)
-    y0, y1, y2 = (np.take(y, corners[:, k]) for k in range(3))
-    code = (y0 > y1) + 2 * (y1 > y2).astype(np.int64) + 4 * (y0 > y2)
-    order = np.take(_TOP_TO_BOTTOM, code, axis=0)
-    order += 3 * np.arange(count)[:, None]
-    flat = corners.ravel()
-    a, b, c = (np.take(flat, order[:, k]) for k in range(3))
+    a, b, c = top_to_bottom(y, corners)
     upper, lower = np.concatenate([a, a, b]), np.concatenate([c, b, c])
     top, bottom = np.take(y, upper), np.take(y, lower)
     x_top, near_top = np.take(x, upper), np.take(nearness, upper)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.tracing import Bvh, Geometry, Instance, Mesh, offset_origins
-from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, soup
+from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, slenderness, soup
 from tests.tolerances import TIED_DISTANCE
 
 LEAK_PLACES = [(1e-3, 0.0), (1.0, 0.0), (1e4, 0.0), (1e-3, 1e4), (1.0, 1e4), (1e4, 1e4)]
@@ -26,14 +26,6 @@ def assert_same_hits(geometry, hits, origins, directions, own=None):
     number = hit[same]
     for found, right in ((hits.u, expected.u), (hits.v, expected.v)):
         assert np.all(np.abs(found[number] - right[number]) <= 100.0 * allowed[same])  # in a triangle a tenth as large
-
-
-def slenderness(geometry):
-    """Square of the longest edge over the area: 2.3 for an equilateral triangle, large for a needle."""
-    corners = geometry.corners.astype(np.float64)
-    edges = corners - np.roll(corners, 1, axis=1)
-    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return np.sum(edges * edges, axis=2).max(axis=1) / area
 
 
 @settings(max_examples=20, deadline=None)

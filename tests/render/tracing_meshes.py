@@ -43,6 +43,14 @@ def geometry_of(vertices, triangles, scale=1.0, shift=0.0, dtype=np.float32):
     return Geometry.from_instances([Instance(Mesh(vertices * scale + shift, triangles))], dtype=dtype)
 
 
+def slenderness(geometry):
+    """Square of the longest edge over the area: 2.3 for an equilateral triangle, large for a needle."""
+    corners = geometry.corners.astype(np.float64)
+    edges = corners - np.roll(corners, 1, axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return np.sum(edges * edges, axis=2).max(axis=1) / area
+
+
 def random_directions(rng, count):
     directions = rng.normal(size=(count, 3))
     return directions / np.linalg.norm(directions, axis=1, keepdims=True)
