@@ -38,7 +38,7 @@ class AngularResponse:
     values : ndarray (A, W)
         1 means that as much is sent on as is received.
     error : ndarray (A, W)
-        Estimate of the integration error of `values`: the change in the last refinement, which is larger.
+        Estimate of the integration error of `values`: the larger of the changes in the last two refinements.
     """
 
     angle: Float64
@@ -95,7 +95,8 @@ def _response(
     tolerance = float(require_in_range("tolerance", tolerance, 1.0e-12, 1.0))
     spectra = material.reflectances
     if wavelengths_nm is None:
-        wavelengths = np.unique(np.concatenate([s.wavelengths_nm for s in spectra]))
+        coloured = [s for s in spectra if not s.is_constant] or spectra[:1]
+        wavelengths = np.unique(np.concatenate([s.wavelengths_nm for s in coloured]))
     else:
         wavelengths = np.atleast_1d(require_in_range("wavelengths_nm", wavelengths_nm, 1.0, unit="nm"))
     reflectances = np.stack([s.at(wavelengths) for s in spectra])
@@ -103,14 +104,14 @@ def _response(
     error = np.empty_like(values)
     for row, at in enumerate(angles):
         divisor = np.pi if seen else np.pi * np.cos(at)
-        coarse = _integral(material, at, azimuth, LEVELS[0], seen) @ reflectances / divisor
-        for level in LEVELS[1:]:
-            fine = _integral(material, at, azimuth, level, seen) @ reflectances / divisor
-            change = np.abs(fine - coarse)
-            coarse = fine
-            if change.max() <= tolerance:
+        results = [_integral(material, at, azimuth, level, seen) @ reflectances / divisor for level in LEVELS[:2]]
+        # One small change may be chance, where the edges of G cross the nodes; two in a row are taken for convergence.
+        for level in LEVELS[2:]:
+            results.append(_integral(material, at, azimuth, level, seen) @ reflectances / divisor)
+            changes = np.abs(np.diff(results[-3:], axis=0)).max(axis=0)
+            if changes.max() <= tolerance:
                 break
-        values[row], error[row] = fine, change
+        values[row], error[row] = results[-1], changes
     return AngularResponse(angles, wavelengths, values, error)
 
 
@@ -131,11 +132,11 @@ def directional_albedo(
     incidence : array_like (A,)
         Angles of incidence in radians, 0 to pi/2 - 1e-6. The paper's Types I and II diverge at the horizon.
     wavelengths_nm : array_like (W,), optional
-        Wavelengths in nm; None takes those of the material's spectra.
+        Wavelengths in nm; None takes those of the material's spectra, constants aside.
     azimuth : float
         Direction of the light about the normal, from the tangent, in radians; matters to anisotropic metals only.
     tolerance : float
-        The integration is refined until its result changes by less than this, at most five times.
+        The integration is refined until two changes in a row are below this, at most five times.
 
     Returns
     -------
@@ -172,11 +173,11 @@ def furnace_response(
     viewing_angle : array_like (A,)
         Angles between normal and viewer in radians, 0 to pi/2 - 1e-6.
     wavelengths_nm : array_like (W,), optional
-        Wavelengths in nm; None takes those of the material's spectra.
+        Wavelengths in nm; None takes those of the material's spectra, constants aside.
     azimuth : float
         Direction of the viewer about the normal, from the tangent, in radians; matters to anisotropic metals only.
     tolerance : float
-        The integration is refined until its result changes by less than this, at most five times.
+        The integration is refined until two changes in a row are below this, at most five times.
 
     Returns
     -------

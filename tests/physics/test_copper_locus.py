@@ -1,7 +1,7 @@
 """Fig. 9: the colour of copper against incidence, Fresnel against Eq. 13, Hall, Cook-Torrance and Schlick.
 
-Colour by colour-science under D65 (for sunlight), CIE 1931; optical constants not from the product. The product supplies
-the reflectances only. The expected figures are the project's specification of the experiment (numerics, section 6).
+Colour by colour-science under D65 (for sunlight), CIE 1931; optical constants not from the product, which supplies only
+the reflectances. The expected figures are the specification of the experiment (numerics, section 6).
 """
 
 import colour
