@@ -1,0 +1,72 @@
+"""What the sample files say to the add-on: dichromatic materials, lamps and render settings."""
+
+from __future__ import annotations
+
+import bpy
+
+__all__ = ["plastic", "set_constant", "set_lamp", "set_library", "use_dichromatic"]
+
+SURFACE = "Surface"
+
+
+def _with_surface(name: str, node_type: str) -> bpy.types.Material:
+    """Make a material with one of our surface nodes linked to its output."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.location = (320.0, 0.0)
+    node = tree.nodes.new(node_type)
+    node.name = SURFACE
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def plastic(name: str, interface: float, attenuation: str, n: float) -> bpy.types.Material:
+    """Make a Type I material; its body is the node's own colour until a spectrum is linked."""
+    material = _with_surface(name, "DichromaticNodePlastic")
+    node = material.node_tree.nodes[SURFACE]
+    node.attenuation = attenuation
+    node.inputs["Interface Reflectance"].default_value = interface
+    node.inputs["n"].default_value = n
+    return material
+
+
+def _new_spectrum(material: bpy.types.Material, socket: str, source: str) -> bpy.types.Node:
+    """Make a Spectrum node linked to a socket of the material's surface node."""
+    tree = material.node_tree
+    surface = tree.nodes[SURFACE]
+    linked = sum(link.to_node == surface for link in tree.links)
+    spectrum = tree.nodes.new("DichromaticNodeSpectrum")
+    spectrum.location = (-300.0, -220.0 * linked)
+    spectrum.label = socket
+    spectrum.source = source
+    tree.links.new(spectrum.outputs[0], surface.inputs[socket])
+    return spectrum
+
+
+def set_library(material: bpy.types.Material, socket: str, name: str) -> None:
+    """Link a spectrum of the library to a socket."""
+    _new_spectrum(material, socket, "LIBRARY").library_name = name
+
+
+def set_constant(material: bpy.types.Material, socket: str, value: float) -> None:
+    """Link the same value at every wavelength to a socket."""
+    _new_spectrum(material, socket, "CONSTANT").value = value
+
+
+def set_lamp(lamp: bpy.types.Object, name: str) -> None:
+    """Give a light the spectrum of a lamp of the library."""
+    lamp.data.dichromatic.source = "LIBRARY"
+    lamp.data.dichromatic.illuminant = name
+
+
+def use_dichromatic(scene: bpy.types.Scene, adopted_white: str, samples: int = 4) -> None:
+    """Choose the engine, and the lamp of the library that is to look white."""
+    scene.render.engine = "DICHROMATIC"
+    settings = scene.dichromatic
+    settings.samples = samples
+    settings.adaptation = "bradford"
+    settings.white_source = "LIBRARY"
+    settings.white_illuminant = adopted_white
