@@ -31,11 +31,11 @@ def read_light(light: Any, matrix_world: Any, illuminant: Any, factor: float, no
     if not compat.light_is_normalized(light):
         strength *= _emitting_area(light)
     _note_what_is_not_rendered(light, notes)
-    radius = float(getattr(light, "shadow_soft_size", 0.0))
+    extent = _extent(light)
     if light.type == "POINT":
-        return core.PointLight(position, strength, illuminant, name=name, radius=radius)
+        return core.PointLight(position, strength, illuminant, name=name, radius=extent)
     if light.type == "SUN":
-        return core.SunLight(axis, strength, illuminant, name=name, angle=min(float(light.angle), math.pi))
+        return core.SunLight(axis, strength, illuminant, name=name, angle=min(extent, math.pi))
     if light.type == "SPOT":
         return core.SpotLight(
             position,
@@ -45,7 +45,7 @@ def read_light(light: Any, matrix_world: Any, illuminant: Any, factor: float, no
             spot_size=float(light.spot_size),
             blend=float(light.spot_blend),
             name=name,
-            radius=radius,
+            radius=extent,
         )
     notes.append(
         f"area light '{name}' is approximated: its whole power comes from its centre, with a falloff near the "
@@ -54,6 +54,13 @@ def read_light(light: Any, matrix_world: Any, illuminant: Any, factor: float, no
     # On its axis a flat emitter of power P has four times the intensity of a point of that power (P/pi, not P/4pi).
     # A spot of 180 degrees with full blend falls off as c^2 (3 - 2 c), within 0.1 of the wanted cosine c.
     return core.SpotLight(position, -axis, 4.0 * strength, illuminant, spot_size=math.pi, blend=1.0, name=name)
+
+
+def _extent(light: Any) -> float:
+    """Return the radius of a point or spot light (m), the angle of a sun (rad)."""
+    if light.type == "SUN":
+        return float(light.angle)
+    return float(light.shadow_soft_size) if light.type in {"POINT", "SPOT"} else 0.0
 
 
 def _emitting_area(light: Any) -> float:
@@ -76,6 +83,8 @@ def _note_what_is_not_rendered(light: Any, notes: list[str]) -> None:
         notes.append(f"light '{name}' has its own shader nodes: their strength and textures are not rendered")
     if not light.use_shadow:
         notes.append(f"light '{name}' casts shadows although its shadow is switched off")
+    if light.type != "AREA" and _extent(light) > 0.0:
+        notes.append(f"light '{name}' casts a hard shadow: its size is not rendered")
     if light.type == "SPOT" and getattr(light, "use_square", False):
         notes.append(f"spot '{name}' has a square cone: a round one is rendered")
 

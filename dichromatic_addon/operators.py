@@ -75,9 +75,10 @@ def render_layers(
     DichromaticError
         With the reason, also when it was cancelled.
     """
-    with _our_engine(scene), capture(progress, adjust) as captured:
+    with _our_engine(scene, layer), capture(progress, adjust) as captured:
         try:
-            bpy.ops.render.render(layer=layer, scene=scene.name)
+            with bpy.context.temp_override(scene=scene):
+                bpy.ops.render.render()
         except RuntimeError as error:  # what the engine reported as an error
             if captured.error is None:
                 raise core.DichromaticError(str(error).strip()) from error
@@ -93,16 +94,21 @@ def _outcome(captured: Capture) -> list[FinishedLayer]:
 
 
 @contextmanager
-def _our_engine(scene: Any) -> Iterator[None]:
-    before = scene.render.engine
-    post = scene.render.use_compositing, scene.render.use_sequencer
-    scene.render.engine = ENGINE_ID
-    scene.render.use_compositing = scene.render.use_sequencer = False  # only the engine's own pixels are asked for
+def _our_engine(scene: Any, layer: str = "") -> Iterator[None]:
+    """Choose our engine, one view layer and nothing but the engine's own pixels; put everything back at the end."""
+    render = scene.render
+    before = render.engine, render.use_compositing, render.use_sequencer
+    used = [view_layer.use for view_layer in scene.view_layers]
+    render.engine, render.use_compositing, render.use_sequencer = ENGINE_ID, False, False
+    if layer:
+        for view_layer in scene.view_layers:
+            view_layer.use = view_layer.name == layer
     try:
         yield
     finally:
-        scene.render.engine = before
-        scene.render.use_compositing, scene.render.use_sequencer = post
+        render.engine, render.use_compositing, render.use_sequencer = before
+        for view_layer, use in zip(scene.view_layers, used, strict=True):
+            view_layer.use = use
 
 
 def store_image(finished: FinishedLayer, name: str = IMAGE_NAME) -> Any:
@@ -120,7 +126,7 @@ def store_image(finished: FinishedLayer, name: str = IMAGE_NAME) -> Any:
     if image is None:
         image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
     elif tuple(image.size) != (width, height):
-        image.scale(width, height)
+        image.generated_width, image.generated_height = width, height
     image.colorspace_settings.name = "Linear Rec.709"
     image.alpha_mode = "PREMUL"
     image.pixels.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
