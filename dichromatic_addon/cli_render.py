@@ -25,7 +25,9 @@ __all__ = ["add_arguments", "run"]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the verb."""
     parser.add_argument("blend", metavar="FILE.blend", type=Path, help="the scene")
-    parser.add_argument("-o", "--output", type=_output, required=True, metavar="OUT", help="a .png or .exr file to write")
+    parser.add_argument(
+        "-o", "--output", type=_output, required=True, metavar="OUT", help="a .png or .exr file to write"
+    )
     parser.add_argument("--frame", type=int, metavar="N", help="frame to render (default: the file's current frame)")
     parser.add_argument("--size", type=_size, metavar="WxH", help="size in pixels (default: the file's)")
     parser.add_argument("--samples", type=_positive, metavar="N", help="rays a pixel (default: the file's)")

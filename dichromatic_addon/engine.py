@@ -170,12 +170,15 @@ class _LayerJob:
         def show(band: Any) -> None:
             self._show(band, exported)
 
-        render = core.render(exported.scene, settings, self._progress, self._engine.test_break, show)
+        render = core.render(exported.scene, settings, self._progress, self._is_cancelled, show)
         render.statistics.notes.extend(exported.notes)
         pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
         self._put(0, pixels, render.depth if has_depth else None)
         self._tell(render)
         return FinishedLayer(render, exported)
+
+    def _is_cancelled(self) -> bool:
+        return bool(self._engine.test_break())
 
     def _progress(self, fraction: float, message: str) -> None:
         if self._listener is not None and self._listener.progress is not None:
@@ -215,7 +218,9 @@ class _LayerJob:
         if self._engine.is_preview:
             return
         if notes:
-            summary = notes[0] if len(notes) == 1 else f"{len(notes)} things were approximated (see the console): {notes[0]}"
+            summary = (
+                notes[0] if len(notes) == 1 else f"{len(notes)} things were approximated (see the console): {notes[0]}"
+            )
             self._engine.report({"WARNING"}, summary)
         if self._listener is None or self._listener.progress is None:
             print(f"Dichromatic, view layer {self._layer}:\n{render.statistics.describe()}")

@@ -143,9 +143,7 @@ def _camera(depsgraph: Any, camera: Any, region: Region | None, notes: list[str]
     evaluated = camera.evaluated_get(depsgraph)
     data = evaluated.data
     if data.type not in {"PERSP", "ORTHO"}:
-        raise core.SceneError(
-            f"camera '{camera.name}' must be perspective or orthographic, but is {data.type.lower()}"
-        )
+        raise core.SceneError(f"camera '{camera.name}' must be perspective or orthographic, but is {data.type.lower()}")
     render = scene.render
     if region is None:
         region = read_region(render)
