@@ -21,6 +21,7 @@ __all__ = [
 ]
 
 _HAS_PERMANENT_TREES = bpy.app.version >= (5, 0, 0)  # materials and worlds always have nodes; use_nodes is deprecated
+_LIGHTS_HAVE_PERMANENT_TREES = bpy.app.version >= (5, 2, 0)
 
 
 def eevee_engine_id() -> str:
@@ -30,7 +31,7 @@ def eevee_engine_id() -> str:
 
 def node_tree_of(owner: Any) -> Any:
     """Return the node tree that a material, world or light uses, or None where nodes are switched off."""
-    if _HAS_PERMANENT_TREES and not isinstance(owner, bpy.types.Light):
+    if _LIGHTS_HAVE_PERMANENT_TREES if isinstance(owner, bpy.types.Light) else _HAS_PERMANENT_TREES:
         return owner.node_tree
     return owner.node_tree if owner.use_nodes else None
 

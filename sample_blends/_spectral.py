@@ -12,7 +12,8 @@ SURFACE = "Surface"
 def _with_surface(name: str, node_type: str) -> bpy.types.Material:
     """Make a material with one of our surface nodes linked to its output."""
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    if material.node_tree is None:  # before Blender 5.0
+        material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
     output = tree.nodes.new("ShaderNodeOutputMaterial")
