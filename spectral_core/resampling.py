@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidParameterError
-from .spectra import Spectrum
+from .spectra import LARGEST_VALUE, Spectrum
 from .validation import require_finite
 
 __all__ = ["Resampling", "resample"]
@@ -103,6 +103,7 @@ def resample(spectrum: Spectrum, wavelengths_nm: ArrayLike, *, name: str | None 
         notes.append(
             f"{label}: data end at {source[-1]:g} nm; up to {targets[-1]:g} nm their last value {last:.6g} is held"
         )
+    values = np.clip(values, -LARGEST_VALUE, LARGEST_VALUE)  # a cubic, or rounding, may pass the largest sample
     result = Spectrum(targets, values, spectrum.name if name is None else name, spectrum.interpolation, spectrum.signed)
     return Resampling(result, "averages" if averaged else "points", below, above, tuple(notes))
 

@@ -17,11 +17,14 @@ from .errors import InvalidParameterError
 from .interpolation import interpolate
 from .validation import require_choice, require_finite, require_in_range
 
-__all__ = ["REFERENCE_WAVELENGTHS_NM", "Spectrum", "blackbody", "daylight", "gaussian"]
+__all__ = ["LARGEST_VALUE", "REFERENCE_WAVELENGTHS_NM", "Spectrum", "blackbody", "daylight", "gaussian"]
 
 REFERENCE_WAVELENGTHS_NM: NDArray[np.float64] = np.arange(360.0, 831.0)
 """The wavelengths (471,) of the CIE tables, 360 to 830 nm at 1 nm, on which all integrals of the package are done."""
 REFERENCE_WAVELENGTHS_NM.flags.writeable = False
+
+LARGEST_VALUE = 1e100
+"""The largest size of a value; so that cubic weights and products of three spectra cannot overflow."""
 
 PLANCK_SECOND_CONSTANT_NM_K = 1.438776877e7  # h c / k of the 2019 SI, in nm K
 
@@ -38,7 +41,8 @@ class Spectrum:
     wavelengths_nm : array_like (W,)
         Wavelengths in nm, finite, positive, strictly increasing; W >= 1.
     values : array_like (W,)
-        Finite values, not negative unless `signed`. Reflectance 0 to 1, relative power, or whatever is meant.
+        Values at most 1e100 in size, not negative unless `signed`. Reflectance 0 to 1, relative power, or whatever is
+        meant.
     name : str
         For messages and panels.
     interpolation : {"linear", "lagrange"}
@@ -75,6 +79,12 @@ class Spectrum:
             at = int(falls[0])
             raise InvalidParameterError(
                 f"wavelengths of {label} must increase strictly: {wavelengths[at + 1]} nm follows {wavelengths[at]} nm"
+            )
+        if np.abs(values).max() > LARGEST_VALUE:
+            at = int(np.argmax(np.abs(values)))
+            raise InvalidParameterError(
+                f"values of {label} must be at most {LARGEST_VALUE:g} in size, but at {wavelengths[at]:g} nm it is "
+                f"{values[at]:.6g}"
             )
         if not self.signed and values.min() < 0.0:
             at = int(np.flatnonzero(values < 0.0)[0])

@@ -9,6 +9,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from ..errors import SpectrumFileError
+from ..spectra import LARGEST_VALUE
 
 __all__ = ["Sample", "fail", "number", "ordered", "read_text", "wavelength_factor"]
 
@@ -164,8 +165,8 @@ def ordered(path: Path, samples: list[Sample]) -> list[Sample]:
     for sample in samples:
         if not 0.0 < sample.wavelength_nm < math.inf:
             raise fail(path, sample.line, f"wavelengths must be positive, but this is {sample.wavelength_nm} nm")
-        if not all(map(math.isfinite, sample.values)):
-            raise fail(path, sample.line, "the value is too large")
+        if not all(abs(value) <= LARGEST_VALUE for value in sample.values):
+            raise fail(path, sample.line, f"the value is too large; {LARGEST_VALUE:g} is the most that is read")
     falls = sum(after.wavelength_nm < before.wavelength_nm for before, after in itertools.pairwise(samples))
     falling = 2 * falls > len(samples) - 1  # most of the steps tell the direction that is meant
     for before, after in itertools.pairwise(samples):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import sys
 
 import mpmath
 import numpy as np
@@ -12,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spectral_core.errors import InvalidParameterError
-from spectral_core.spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
+from spectral_core.spectra import LARGEST_VALUE, REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
 from tests.tolerances import FLOAT64_ROUNDING, INTERPOLATED_POLYNOMIAL, PLANCK_ROUNDING
 
-TINY, HUGE = 5e-324, sys.float_info.max
-VALUES = st.one_of(st.floats(0.0, 10.0), st.sampled_from([0.0, -0.0, TINY, 1e-310, 1e300, HUGE]))
+TINY, HUGE = 5e-324, LARGEST_VALUE
+VALUES = st.one_of(st.floats(0.0, 10.0), st.sampled_from([0.0, -0.0, TINY, 1e-310, HUGE]))
 SAMPLES = st.lists(st.tuples(st.floats(1.0, 3000.0), VALUES), min_size=1, max_size=12, unique_by=lambda s: s[0]).map(
     lambda pairs: np.array(sorted(pairs)).T
 )
@@ -24,10 +23,6 @@ SAMPLES = st.lists(st.tuples(st.floats(1.0, 3000.0), VALUES), min_size=1, max_si
 
 @given(SAMPLES, st.lists(st.floats(1e-3, 1e5), min_size=1, max_size=10), st.sampled_from(["linear", "lagrange"]))
 def test_reading_is_finite_and_not_negative(samples, wavelengths, interpolation):
-    if interpolation == "lagrange":  # cubic weights exceed 1, so that the largest float times a weight has no value
-        samples[1] = np.minimum(samples[1], 1e100)
-        if samples.shape[1] > 1 and np.diff(samples[0]).min() < 1e-3:
-            return
     read = Spectrum(*samples, interpolation=interpolation).at(wavelengths)
     assert read.shape == (len(wavelengths),)
     assert np.isfinite(read).all()
@@ -40,10 +35,9 @@ def test_linear_reading_stays_between_neighbours(samples):
     middles = 0.5 * (samples[0][1:] + samples[0][:-1])
     read = spectrum.at(middles)
     low, high = np.minimum(samples[1][1:], samples[1][:-1]), np.maximum(samples[1][1:], samples[1][:-1])
-    with np.errstate(over="ignore"):
-        # Denormals are spaced by TINY; each of the two products may lose half of that.
-        assert (read >= low * (1.0 - FLOAT64_ROUNDING) - 2 * TINY).all()
-        assert (read <= high * (1.0 + FLOAT64_ROUNDING) + 2 * TINY).all()
+    # Denormals are spaced by TINY; each of the two products may lose half of that.
+    assert (read >= low * (1.0 - FLOAT64_ROUNDING) - 2 * TINY).all()
+    assert (read <= high * (1.0 + FLOAT64_ROUNDING) + 2 * TINY).all()
 
 
 def test_ends_are_held():
@@ -103,6 +97,7 @@ def test_scaling():
         ([500.0, 500.0], [0.1, 0.2], "increase strictly"),
         ([0.0, 500.0], [0.1, 0.2], "must be positive, but one is 0 nm"),
         ([400.0, 500.0], [0.1, -0.2], "at 500 nm it is -0.2"),
+        ([400.0, 500.0], [0.1, 1.1e100], r"at most 1e\+100 in size, but at 500 nm it is 1.1e\+100"),
         ([400.0, 500.0], [0.1], "as many as its wavelengths, 2"),
         ([], [], "at least one"),
         ([[400.0]], [[0.1]], "must be a list"),
