@@ -74,8 +74,8 @@ PUBLISHED_LUMINANCE = 0.2
 # The product's hemisphere integrals stop when a refinement changes the result by less than 1e-5, or by default.
 HEMISPHERE_QUADRATURE = 1e-6
 
-# scipy's nested adaptive quadrature at epsrel 1e-8 over a kink at the horizon.
-ADAPTIVE_QUADRATURE = 1e-6
+# Two quadratures of the same smooth lobe, on panels graded in different coordinates.
+ANOTHER_QUADRATURE = 1e-6
 
 # Albedos given to two decimals.
 PUBLISHED_ALBEDO = 0.005
@@ -94,3 +94,9 @@ PRINTED_ANGLES = 1e-12
 # A white card against Cycles: our colour of daylight and the uplift of tints are within a few parts in a thousand of
 # Blender's RGB, and Cycles' samples of a lamp with an extent scatter by less than the rest of the percent.
 EXPOSURE_AGAINST_CYCLES = 0.01
+
+# A float that went through one of Blender's 32-bit properties and a few operations after it: about 2**2 units of 2**-24.
+BLENDER_FLOAT = 3e-7
+
+# The incomplete beta function: differences of log-gamma values of up to 1e5 leave 1e-11 of the share.
+QUANTILE = 1e-10

@@ -63,7 +63,29 @@ class Material(Protocol):
     def coefficients(
         self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
     ) -> NDArray[Any]:
-        """Geometric coefficients (N, Km)."""
+        """Geometric coefficients, which know no wavelength.
+
+        Parameters
+        ----------
+        normal, to_light, to_viewer : array_like (N, 3)
+            Unit vectors that point away from the surface; a single vector serves all rows.
+        tangent : array_like (N, 3), optional
+            Directions along the surface, for materials that need them.
+
+        Returns
+        -------
+        ndarray (N, Km)
+            0 where N.L <= 0 or N.V <= 0. float32 if the first three are, else float64.
+
+        Raises
+        ------
+        InvalidParameterError
+            If a vector is not finite or not of length 1, or the shapes do not fit.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 4 and 7.
+        """
 
     def radiance_factor(
         self,
@@ -73,7 +95,31 @@ class Material(Protocol):
         wavelengths_nm: ArrayLike,
         tangent: ArrayLike | None = None,
     ) -> NDArray[Any]:
-        """Radiance factor (N, W)."""
+        """Spectral radiance factor, coefficients @ reflectances.
+
+        Parameters
+        ----------
+        normal, to_light, to_viewer : array_like (N, 3)
+            Unit vectors that point away from the surface; a single vector serves all rows.
+        wavelengths_nm : array_like (W,)
+            Wavelengths in nm.
+        tangent : array_like (N, 3), optional
+            Directions along the surface, for materials that need them.
+
+        Returns
+        -------
+        ndarray (N, W)
+            Not negative.
+
+        Raises
+        ------
+        InvalidParameterError
+            As :meth:`coefficients`, or if a wavelength is not finite.
+
+        References
+        ----------
+        Tominaga 1996, Eq. 3.
+        """
 
 
 class _Rays:

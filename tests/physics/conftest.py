@@ -3,6 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.core.conftest import colour
+
+__all__ = ["colour", "unit_vectors"]
+
 
 @pytest.fixture
 def unit_vectors():

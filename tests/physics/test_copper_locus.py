@@ -4,7 +4,6 @@ Colour by colour-science under D65 (for sunlight), CIE 1931; optical constants n
 the reflectances. The expected figures are the specification of the experiment (numerics, section 6).
 """
 
-import colour
 import numpy as np
 import pytest
 
@@ -26,7 +25,7 @@ ANGLES = np.arange(0.0, 91.0)
 
 
 @pytest.fixture(scope="module")
-def tristimulus():
+def tristimulus(colour):
     """Reflectances (..., 471) to XYZ under D65, Y = 100 for a perfect diffuser."""
     shape = colour.SpectralShape(360, 830, 1)
     matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape).values
@@ -63,11 +62,15 @@ def xy(tristimulus_values):
     return tristimulus_values[:, :2] / tristimulus_values.sum(axis=1, keepdims=True)
 
 
-def delta_e(first, second):
-    """CIE Delta E 2000 by colour-science, white D65 as the last row of the Fresnel locus (R = 1 at 90 deg)."""
-    white = np.array([0.31272, 0.32903])
-    labs = [colour.XYZ_to_Lab(values / 100.0, white) for values in (first, second)]
-    return colour.delta_E(*labs, method="CIE 2000")
+@pytest.fixture(scope="module")
+def delta_e(colour):
+    """CIE Delta E 2000 by colour-science, white D65."""
+
+    def between(first, second):
+        labs = [colour.XYZ_to_Lab(values / 100.0, np.array([0.31272, 0.32903])) for values in (first, second)]
+        return colour.delta_E(*labs, method="CIE 2000")
+
+    return between
 
 
 @pytest.mark.parametrize(
@@ -107,7 +110,7 @@ def distances(loci, method, low, high):
     return np.linalg.norm(xy(loci[method])[part] - xy(loci["fresnel"])[part], axis=1)
 
 
-def test_equation_13_stays_close_to_fresnel(loci):
+def test_equation_13_stays_close_to_fresnel(loci, delta_e):
     assert distances(loci, "eq13", 0, 90).max() <= 0.0045
     assert delta_e(loci["eq13"], loci["fresnel"]).max() <= 1.2
 
@@ -135,7 +138,7 @@ def test_cook_torrance_is_far_off_above_70_degrees(loci):
         ("schlick", ((0.0007, 0.0028, 0.45, 1.61), (0.0020, 0.0028, 1.25, 1.6), (0.0019, 0.0028, 1.1, 1.6))),
     ],
 )
-def test_comparison_of_methods(loci, method, figures):
+def test_comparison_of_methods(loci, delta_e, method, figures):
     """The table of numerics 6: mean and largest xy distance and Delta E 2000 over three ranges of incidence."""
     for (low, high), expected in zip(((0, 90), (70, 90), (80, 90)), figures, strict=True):
         apart = distances(loci, method, low, high)
