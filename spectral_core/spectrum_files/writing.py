@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
-from ..errors import SpectrumFileError
+from ..atomic_files import replacing
+from ..errors import DichromaticError, SpectrumFileError
 from ..spectra import Spectrum
 
 __all__ = ["write_spectrum"]
@@ -47,23 +46,8 @@ def write_spectrum(path: str | Path, spectrum: Spectrum, comment: str = "") -> N
         f"{float(wavelength)!r}{delimiter}{float(value)!r}"
         for wavelength, value in zip(spectrum.wavelengths_nm, spectrum.values, strict=True)
     ]
-    _replace(file, "\n".join(lines) + "\n")
-
-
-def _replace(path: Path, text: str) -> None:
-    temporary: str | None = None
     try:
-        descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        # mkstemp makes the file private; give it the mode that a plainly opened file has.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
-        raise SpectrumFileError(f"{path} cannot be written: {error.strerror or error}") from error
+        with replacing(file) as temporary:
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    except DichromaticError as error:
+        raise SpectrumFileError(str(error)) from error

@@ -114,7 +114,10 @@ def test_angles_may_be_missing_altogether(write) -> None:
         (WIDE.replace("reference, beam", "unit, lux"), "line 2: unit must be one of unit, percent, but is 'lux'"),
         (WIDE.replace("45, 45, 30", "45, 95, 30"), "incidence must lie between"),
         (WIDE.replace("600, 0.7, 0.3, 0.4\n", ""), "must have at least 3 wavelengths"),
-        (LONG.replace("600;30;-5;40,0\n", ""), "share their wavelengths, but the one at incidence 30, viewing -5 has 2"),
+        (
+            LONG.replace("600;30;-5;40,0\n", ""),
+            "share their wavelengths, but the one at incidence 30, viewing -5 has 2",
+        ),
         (LONG.replace("600;45;10;30,0", "500;45;10;30,0"), "line 7: this geometry has two values at 500 nm"),
         (LONG.replace(";viewing_deg", ";tilt"), "the heading has an unknown column 'tilt'"),
         (LONG.replace("incidence_deg;viewing_deg", "viewing_deg"), "must name the column incidence once, but has 0"),
