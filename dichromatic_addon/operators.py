@@ -157,7 +157,7 @@ def write_image_with_blender(path: Path, pixels: NDArray[np.float32]) -> None:
     handle, temporary = tempfile.mkstemp(suffix=path.suffix.lower(), prefix=f".{path.stem}-", dir=path.parent)
     os.close(handle)
     try:
-        image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
+        image.colorspace_settings.name = "Non-Color"  # the values go to the file as they are
         image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
         image.file_format = "OPEN_EXR" if is_float else "PNG"
         image.filepath_raw = temporary
