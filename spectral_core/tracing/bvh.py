@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import intersect
+from .clusters import cluster
 from .geometry import Geometry
 from .hits import Hits
 from .sah import BinaryTree, binary_tree, half_area
@@ -20,6 +21,10 @@ Integers = NDArray[np.int64]
 
 WIDTH = 8
 LEAF_SIZE = 4
+
+_CLUSTERED_FROM = 100_000
+"""Number of triangles above which the tree is built over small clusters of them: four times as fast, as good to trace
+within a tenth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,12 +92,25 @@ class Bvh:
             return cls(
                 (none,) * 3, (none,) * 3, np.zeros(WIDTH, np.int64), np.zeros((0, LEAF_SIZE), np.int64), empty, 0.0
             )
-        tree = binary_tree(corners.min(axis=1), corners.max(axis=1), LEAF_SIZE)
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        box_lower, box_upper = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        if len(corners) > _CLUSTERED_FROM:
+            order, begin = cluster(box_lower, box_upper, LEAF_SIZE)
+            size = np.diff(begin, append=len(order))
+            box_lower = np.minimum.reduceat(np.take(box_lower, order, axis=0), begin, axis=0)
+            box_upper = np.maximum.reduceat(np.take(box_upper, order, axis=0), begin, axis=0)
+            tree = binary_tree(box_lower, box_upper, 1)
+            # A leaf is one cluster.
+            number = np.take(tree.order, np.minimum(tree.first, len(begin) - 1))
+            first, count = np.take(begin, number), np.take(size, number)
+        else:
+            tree = binary_tree(box_lower, box_upper, LEAF_SIZE)
+            order, first, count = tree.order, tree.first, tree.count
         slots = _widen(tree)
         lower, upper, children, leaves = _planes(tree, slots, _margin(geometry))
-        number = np.arange(LEAF_SIZE)
-        full = number < tree.count[leaves][:, None]
-        item = tree.order[np.minimum(tree.first[leaves][:, None] + number, len(corners) - 1)]
+        rank = np.arange(LEAF_SIZE)
+        full = rank < count[leaves][:, None]
+        item = order[np.minimum(first[leaves][:, None] + rank, len(corners) - 1)]
         leaf_corners = np.ascontiguousarray(np.moveaxis(corners.reshape(-1, 9)[item], 2, 0))
         leaf_corners[:, ~full] = np.nan
         return cls(lower, upper, children, np.where(full, chosen[item], -1), leaf_corners, geometry.radius)

@@ -13,7 +13,8 @@ __all__ = ["BinaryTree", "binary_tree", "half_area"]
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
 
-_BINS = 16
+_BINS = ((8, 4), (24, 8))
+"""Pairs (items a node has on average at most, bins); 16 bins above."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +75,7 @@ def half_area(lower: Array, upper: Array) -> Array:
 def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
     """Split boxes until at most `leaf_size` share a node.
 
-    Every level is split at once: the items of all its large nodes are put into 16 bins along the longest axis of
+    Every level is split at once: the items of all its large nodes are put into up to 16 bins along the longest axis of
     their node's centroids, and each node is cut where area times count is least. Nodes whose centroids coincide are
     halved.
 
@@ -99,9 +100,11 @@ def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
     ----------
     Wald, "On fast construction of SAH-based bounding volume hierarchies", IEEE Symp. Interactive Ray Tracing (2007).
     """
-    centroids = 0.5 * (lower + upper)
-    order = np.arange(len(lower))
-    levels = [(np.zeros(1, np.int64), np.array([len(lower)]))]
+    # One row a box, the upper corner negated: a minimum of rows encloses.
+    boxes = np.concatenate([lower, -upper], axis=1)
+    order = np.arange(len(boxes))
+    rows, items = boxes, order  # those of nodes yet to be split, node by node
+    levels = [(np.zeros(1, np.int64), np.array([len(boxes)]))]
     lefts: list[Integers] = []
     nodes = 1
     while True:
@@ -111,8 +114,12 @@ def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
         large = np.flatnonzero(count > leaf_size)
         if not len(large):
             break
+        if len(large) < len(count):
+            active = np.flatnonzero(np.repeat(count > leaf_size, count))
+            rows, items = np.take(rows, active, axis=0), np.take(items, active)
         first, count = first[large], count[large]
-        in_left = _split(order, first, count, lower, upper, centroids)
+        rows, items, in_left = _split(rows, items, count)
+        order[np.arange(len(items)) + np.repeat(first - (np.cumsum(count) - count), count)] = items
         left[large] = nodes + 2 * np.arange(len(large))
         nodes += 2 * len(large)
         levels.append(
@@ -124,76 +131,76 @@ def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
     first = np.concatenate([level[0] for level in levels])
     count = np.concatenate([level[1] for level in levels])
     left = np.concatenate(lefts)
-    node_lower, node_upper = _enclose(order, first, left, lower, upper, [len(level[0]) for level in levels])
-    return BinaryTree(order, first, count, left, node_lower, node_upper)
+    bounds = _enclose(np.take(boxes, order, axis=0), first, left, [len(level[0]) for level in levels])
+    return BinaryTree(order, first, count, left, bounds[:, :3], -bounds[:, 3:])
 
 
-def _split(order: Integers, first: Integers, count: Integers, lower: Array, upper: Array, centroids: Array) -> Integers:
-    """Sort the items of each node by its bins, in place; return how many go to the left child."""
-    nodes = len(first)
+def _split(rows: Array, items: Integers, count: Integers) -> tuple[Array, Integers, Integers]:
+    """Sort the boxes and items of each node by its bins; count also those that go to the left child."""
+    nodes = len(count)
+    bins = _bins(int(count.mean()))
     start = np.cumsum(count) - count
     owner = np.repeat(np.arange(nodes), count)
-    place = np.arange(len(owner)) + np.repeat(first - start, count)
-    items = order[place]
-    centre = np.take(centroids, items, axis=0)
+    centre = rows[:, :3] - rows[:, 3:]  # twice the centroid
     least = np.minimum.reduceat(centre, start, axis=0)
     extent = np.maximum.reduceat(centre, start, axis=0) - least
     axis = extent.argmax(axis=1)
-    rows = np.arange(nodes)
-    span = extent[rows, axis]
-    scale = np.where(span > 0.0, (_BINS * 0.9999) / np.where(span > 0.0, span, 1.0), 0.0)
-    along = centre.ravel()[3 * np.arange(len(owner)) + np.take(axis, owner)]
-    along -= np.take(least[rows, axis], owner)
-    bins = np.minimum((along * np.take(scale, owner)).astype(np.int64), _BINS - 1)
+    of = np.arange(nodes)
+    span = extent[of, axis]
+    scale = np.where(span > 0.0, (bins * 0.9999) / np.where(span > 0.0, span, 1.0), 0.0).astype(rows.dtype)
+    along = np.take(centre.ravel(), 3 * np.arange(len(owner)) + np.take(axis, owner))
+    along -= np.take(least[of, axis], owner)
+    along *= np.take(scale, owner)
+    chosen = np.minimum(along.astype(np.int64), bins - 1)
 
     # Key and position share one integer, so that a plain sort is stable and gives the permutation.
     bits = len(owner).bit_length()
-    packed = np.sort((owner * _BINS + bins) << bits | np.arange(len(owner)))
+    packed = np.sort((owner * bins + chosen) << bits | np.arange(len(owner)))
     key = packed >> bits
-    items = np.take(items, packed & ((1 << bits) - 1))
-    order[place] = items
+    packed &= (1 << bits) - 1
+    rows, items = np.take(rows, packed, axis=0), np.take(items, packed)
 
-    population = np.bincount(key, minlength=nodes * _BINS).reshape(nodes, _BINS)
+    population = np.bincount(key, minlength=nodes * bins).reshape(nodes, bins)
     begin = np.flatnonzero(np.diff(key, prepend=-1))
-    bin_lower = np.full((nodes * _BINS, 3), np.inf, lower.dtype)
-    bin_upper = np.full((nodes * _BINS, 3), -np.inf, lower.dtype)
-    bin_lower[key[begin]] = np.minimum.reduceat(np.take(lower, items, axis=0), begin, axis=0)
-    bin_upper[key[begin]] = np.maximum.reduceat(np.take(upper, items, axis=0), begin, axis=0)
-    cost = _cut_costs(bin_lower.reshape(nodes, _BINS, 3), bin_upper.reshape(nodes, _BINS, 3), population)
+    binned = np.full((6, nodes * bins), np.inf, rows.dtype)
+    binned[:, key[begin]] = np.minimum.reduceat(rows, begin, axis=0).T
+    cost = _cut_costs(binned.reshape(6, nodes, bins), population)
     cut = cost.argmin(axis=1)
     in_left = np.take_along_axis(population.cumsum(axis=1), cut[:, None], axis=1)[:, 0]
-    return np.where(np.isfinite(cost[rows, cut]), in_left, count // 2)
+    return rows, items, np.where(np.isfinite(cost[of, cut]), in_left, count // 2)
 
 
-def _cut_costs(lower: Array, upper: Array, population: Integers) -> Array:
+def _bins(items: int) -> int:
+    """Fewer bins where few items share a node: most would be empty."""
+    return next((bins for limit, bins in _BINS if items <= limit), 16)
+
+
+def _cut_costs(binned: Array, population: Integers) -> Array:
     """Area times count of both sides for every cut behind a bin, infinite where a side is empty."""
 
-    def sweep(low: Array, high: Array, number: Integers) -> tuple[Array, Integers]:
-        area = half_area(np.minimum.accumulate(low, axis=1), np.maximum.accumulate(high, axis=1))
-        return area[:, :-1], number.cumsum(axis=1)[:, :-1]
+    def sweep(rows: Array, number: Integers) -> tuple[Array, Integers]:
+        bounds = np.minimum.accumulate(rows, axis=2)
+        # An empty side is inverted: infinite, and left out below for its count.
+        x, y, z = (-bounds[k + 3] - bounds[k] for k in range(3))
+        return (x * y + y * z + z * x)[:, :-1], number.cumsum(axis=1)[:, :-1]
 
     with np.errstate(invalid="ignore", over="ignore"):
-        area_left, left = sweep(lower, upper, population)
-        area_right, right = sweep(lower[:, ::-1], upper[:, ::-1], population[:, ::-1])
+        area_left, left = sweep(binned, population)
+        area_right, right = sweep(binned[:, :, ::-1], population[:, ::-1])
         area_right, right = area_right[:, ::-1], right[:, ::-1]
         return np.where((left > 0) & (right > 0), area_left * left + area_right * right, np.inf)
 
 
-def _enclose(
-    order: Integers, first: Integers, left: Integers, lower: Array, upper: Array, level_sizes: list[int]
-) -> tuple[Array, Array]:
+def _enclose(boxes: Array, first: Integers, left: Integers, level_sizes: list[int]) -> Array:
     """Boxes of all nodes: leaves from their items, then parents from their children, deepest level first."""
-    node_lower = np.empty((len(first), 3), lower.dtype)
-    node_upper = np.empty_like(node_lower)
+    bounds = np.empty((len(first), 6), boxes.dtype)
     leaves = np.flatnonzero(left < 0)
     leaves = leaves[np.argsort(first[leaves], kind="stable")]
-    node_lower[leaves] = np.minimum.reduceat(np.take(lower, order, axis=0), first[leaves], axis=0)
-    node_upper[leaves] = np.maximum.reduceat(np.take(upper, order, axis=0), first[leaves], axis=0)
+    bounds[leaves] = np.minimum.reduceat(boxes, first[leaves], axis=0)
     ends = np.cumsum(level_sizes)
     for level in range(len(level_sizes) - 2, -1, -1):
         nodes = np.arange(ends[level] - level_sizes[level], ends[level])
         nodes = nodes[left[nodes] >= 0]
         child = left[nodes]
-        node_lower[nodes] = np.minimum(node_lower[child], node_lower[child + 1])
-        node_upper[nodes] = np.maximum(node_upper[child], node_upper[child + 1])
-    return node_lower, node_upper
+        bounds[nodes] = np.minimum(bounds[child], bounds[child + 1])
+    return bounds

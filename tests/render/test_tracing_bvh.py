@@ -6,6 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.tracing import Bvh, Geometry, Instance, Mesh, offset_origins
+from spectral_core.tracing.clusters import cluster
+from spectral_core.tracing.sah import binary_tree, half_area
 from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, slenderness, soup
 from tests.tolerances import TIED_DISTANCE
 
@@ -179,3 +181,59 @@ def test_a_negative_zero_in_a_direction_is_a_zero(dtype):
         assert (
             bvh.closest(origins, np.array(direction)).triangle == bvh.closest(origins, [[0.0, 1.0, 0.0]]).triangle >= 0
         )
+
+
+def test_clustered_tree_finds_the_same_hits(monkeypatch):
+    """Above a hundred thousand triangles the tree is built over clusters; here already above fifty."""
+    rng = np.random.default_rng(21)
+    vertices, triangles = soup(rng, 3000, size=0.01)
+    giants, more = soup(rng, 6, size=3.0)
+    geometry = geometry_of(np.concatenate([vertices, giants]), np.concatenate([triangles, more + len(vertices)]))
+    origins, directions = rng.random((20_000, 3)).astype(np.float32), random_directions(rng, 20_000).astype(np.float32)
+    plain = Bvh.build(geometry).closest(origins, directions)
+    monkeypatch.setattr("spectral_core.tracing.bvh._CLUSTERED_FROM", 50)
+    clustered = Bvh.build(geometry)
+    for name in ("triangle", "distance", "u", "v"):
+        np.testing.assert_array_equal(getattr(clustered.closest(origins, directions), name), getattr(plain, name))
+    held = clustered.leaf_triangles[clustered.leaf_triangles >= 0]
+    np.testing.assert_array_equal(np.sort(held), np.arange(geometry.triangle_count))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 400), st.integers(1, 8))
+def test_clusters_are_small_and_large_boxes_stay_alone(seed, count, size):
+    rng = np.random.default_rng(seed)
+    lower = rng.random((count, 3))
+    edge = np.where(rng.random((count, 1)) < 0.05, 0.9, 1e-3)
+    order, first = cluster(lower, lower + edge, size)
+    np.testing.assert_array_equal(np.sort(order), np.arange(count))
+    members = np.diff(first, append=count)
+    assert members.min() >= 1
+    assert members.max() <= size
+    if np.median(edge) < 0.9:
+        assert np.all(members[np.searchsorted(first, np.flatnonzero(edge[order, 0] > 0.5))] == 1)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 500), st.integers(1, 6), st.booleans())
+def test_tree_encloses_its_items(seed, count, leaf_size, coincide):
+    rng = np.random.default_rng(seed)
+    lower = np.zeros((count, 3)) if coincide else rng.normal(size=(count, 3))
+    upper = lower + 0.2 * rng.random((count, 3))
+    tree = binary_tree(lower, upper, leaf_size)
+    np.testing.assert_array_equal(np.sort(tree.order), np.arange(count))
+    assert tree.count[tree.left < 0].max() <= leaf_size
+    for node in range(len(tree.count)):
+        items = tree.order[tree.first[node] : tree.first[node] + tree.count[node]]
+        np.testing.assert_array_equal(tree.lower[node], lower[items].min(axis=0))
+        np.testing.assert_array_equal(tree.upper[node], upper[items].max(axis=0))
+        child = tree.left[node]
+        if child >= 0:
+            assert tree.first[child] == tree.first[node]
+            assert tree.first[child + 1] == tree.first[child] + tree.count[child]
+            assert tree.count[child] + tree.count[child + 1] == tree.count[node]
+
+
+def test_half_area_of_a_brick():
+    assert half_area(np.zeros(3), np.array((1.0, 2.0, 3.0))) == 11.0
+    assert half_area(np.full(3, np.inf), np.full(3, -np.inf)) == 0.0
