@@ -275,7 +275,7 @@ def _linearise(terms: ModelTerms, data: Array, root: Array) -> tuple[LinearBasis
         float(level),
         residual,
         -jacobian,
-        np.concatenate([-drift.reshape(drift.shape[0], -1), -level_drift[:, None]], axis=1),
+        np.concatenate([-drift.reshape(drift.shape[0], spectra.size), -level_drift[:, None]], axis=1),
     )
 
 
@@ -362,8 +362,12 @@ def fit_separable(
     cost = float(np.sum(residual * residual))
     damping = 1.0e-3
     for _ in range(iterations if p.size else 0):
-        flat = jacobian.reshape(p.size, -1)
-        gram, gradient = flat @ flat.T, flat @ residual.ravel()
+        flat = jacobian.reshape(p.size, data.size)
+        gradient = flat @ residual.ravel()
+        # A parameter at an end of its range that would be pushed beyond it stays where it is in this step.
+        blocked = ((p <= bounds[0]) & (gradient > 0.0)) | ((p >= bounds[1]) & (gradient < 0.0))
+        flat = np.where(blocked[:, None], 0.0, flat)
+        gram, gradient = flat @ flat.T, np.where(blocked, 0.0, gradient)
         scale = np.sqrt(np.diag(gram))
         if not scale.any():
             break
@@ -392,7 +396,7 @@ def fit_separable(
         fitted = fitted + terms.flat[:, None] * level
     if terms.fixed is not None:
         fitted = fitted + terms.fixed[:, None]
-    covariance = _parameter_covariance(jacobian.reshape(p.size, -1), float(np.linalg.norm(data * root_weights)))
+    covariance = _parameter_covariance(jacobian.reshape(p.size, data.size), float(np.linalg.norm(data * root_weights)))
     variance, with_level, level_variance = basis.covariance()
     known = np.where(np.isfinite(covariance), covariance, 0.0)
     spread = np.sum(drift * (known @ drift), axis=0)

@@ -79,9 +79,7 @@ def test_the_metal_that_is_fitted_is_the_metal_that_is_rendered(beta_across) -> 
     geometry = around_several_mirrors(turned=True)
     mean = SchlickMeanReflectance(0.6)
     material = TypeIII(Spectrum.constant(0.6), mean, 0.08, beta_across)
-    rendered = material.coefficients(
-        geometry.normal(), geometry.to_light(), geometry.to_viewer(), geometry.tangent()
-    )
+    rendered = material.coefficients(geometry.normal(), geometry.to_light(), geometry.to_viewer(), geometry.tangent())
     data = Measurements(WAVELENGTHS, np.ones((geometry.count, WAVELENGTHS.size)), geometry, "beam")
     weight = 1.0 - mean.interface_weight(np.cos(geometry.facet_incidence()))
     model = MetalLobe(data, FixedWeight(weight), anisotropic=beta_across is not None)
@@ -161,7 +159,9 @@ def test_the_mean_reflectance_of_a_metal_is_found(n, k) -> None:
     values = 2.5 * printed_metal(geometry, 0.1, 0.1, reflectance, weight)
     fit = fit_material(Measurements(WAVELENGTHS, values, geometry, "beam"))
     # The weight is read from a table in cos(phi) that is exact to 1e-9; n and k follow from its curvature.
-    np.testing.assert_allclose([fit.material.mean_reflectance.n[0], fit.material.mean_reflectance.k[0]], [n, k], rtol=1e-4)
+    np.testing.assert_allclose(
+        [fit.material.mean_reflectance.n[0], fit.material.mean_reflectance.k[0]], [n, k], rtol=1e-4
+    )
     np.testing.assert_allclose(fit.interface.values, reflectance, rtol=FIT_OF_EXACT_DATA)
     assert next(p.value for p in fit.parameters if p.name == "scale") == pytest.approx(2.5, rel=FIT_OF_EXACT_DATA)
 
@@ -265,3 +265,18 @@ def test_noise_is_recognised() -> None:
     assert proportional.proportional == pytest.approx(0.01, rel=0.22)
     deviation = uniform.deviation(np.array([0.0]))[0]
     assert deviation == pytest.approx(0.01 * truth.values.mean(), rel=0.22)
+
+
+def test_what_is_held_stays_held() -> None:
+    plastic, metal = random_truth("I", 3), random_truth("III", 3)
+    fit = fit_material(plastic.measure(), FitOptions(attenuation=plastic.kind, n=plastic.shape))
+    assert fit.material.n == plastic.shape
+    assert fit.parameters[0].name == "n (held)"
+    np.testing.assert_allclose(fit.body.values, plastic.body, rtol=FIT_OF_EXACT_DATA)
+    fit = fit_material(metal.measure(), FitOptions(beta=metal.shape, scale=1.0, mean_reflectance="schlick"))
+    assert (fit.material.beta, fit.material.beta_across) == (metal.shape, None)
+    assert [p.name for p in fit.parameters] == ["beta (held)", "scale (held)"]
+    np.testing.assert_allclose(fit.interface.values, metal.interface, rtol=FIT_OF_EXACT_DATA)
+    fit = fit_material(metal.measure(), FitOptions(mean_reflectance=SchlickMeanReflectance(0.5)))
+    assert fit.material.mean_reflectance.normal_mean == 0.5
+    assert fit.material.beta == pytest.approx(metal.shape, rel=FIT_OF_EXACT_DATA)
