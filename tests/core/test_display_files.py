@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,11 @@ def test_flat_primaries_and_negative_light_are_refused(tmp_path):
         read_display(write(tmp_path, "\n".join(text)))
     with pytest.raises(SpectrumFileError, match="cannot be read"):
         read_display(tmp_path / "gone.csv")
+
+
+def test_the_example_of_the_documentation_can_be_read(tmp_path):
+    page = (Path(__file__).resolve().parents[2] / "docs" / "colour.md").read_text(encoding="utf-8")
+    example = [line.strip() for line in page.splitlines() if line.startswith("    ")]
+    shown = read_display(write(tmp_path, "\n".join(example)))
+    assert shown.drive_table.tolist() == [0.0, 128 / 255, 1.0]
+    np.testing.assert_allclose(shown.white, [0.95, 1.0, 1.088], rtol=1e2 * FLOAT64_ROUNDING)
