@@ -117,11 +117,11 @@ def read_world_colour(world: Any, notes: list[str]) -> tuple[tuple[float, float,
         notes.append(f"world '{world.name}': the node '{background.name}' is not understood, the background is black")
         return (0.0, 0.0, 0.0), 0.0
     colour, strength = background.inputs["Color"], background.inputs["Strength"]
-    for socket in (colour, strength):
-        if socket.is_linked:
-            notes.append(
-                f"world '{world.name}': what is linked to {socket.name} of '{background.name}' is not rendered; "
-                "the socket's own value is used"
-            )
+    notes.extend(
+        f"world '{world.name}': what is linked to {socket.name} of '{background.name}' is not rendered; "
+        "the socket's own value is used"
+        for socket in (colour, strength)
+        if socket.is_linked
+    )
     red, green, blue, _ = colour.default_value
     return (red, green, blue), float(strength.default_value)

@@ -58,7 +58,7 @@ def read_mesh(mesh: Any) -> MeshArrays | None:
 
 
 def _bulk(collection: Any, attribute: str, length: int, dtype: type) -> NDArray[Any]:
-    values = np.empty(length, dtype)
+    values: NDArray[Any] = np.empty(length, dtype)
     collection.foreach_get(attribute, values)
     return values
 

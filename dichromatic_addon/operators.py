@@ -175,10 +175,11 @@ def write_image_with_blender(path: Path, pixels: NDArray[np.float32]) -> None:
 
 
 class DICHROMATIC_OT_render_image(bpy.types.Operator):
-    """Render the scene spectrally, with any engine set, and store the colours in an image of the .blend file"""
+    """Render to an image datablock."""
 
     bl_idname = "dichromatic.render_image"
     bl_label = "Render to Image"
+    bl_description = "Render the scene spectrally, whatever engine is set, and store the colours in an image of the file"
     bl_options = {"REGISTER"}
 
     _captured: Capture | None = None

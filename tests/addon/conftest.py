@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+# Without the bpy module the tests of the core remain.
+collect_ignore_glob = [] if importlib.util.find_spec("bpy") else ["test_*.py"]
+
 
 @pytest.fixture(scope="session")
 def addon() -> Iterator[Any]:

@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
-
-bpy = pytest.importorskip("bpy")
 
 from dichromatic_addon import cli, cli_render
 from dichromatic_addon._core import core

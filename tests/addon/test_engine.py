@@ -1,4 +1,4 @@
-"""F12: what Blender receives is what the core computed, in every pass, layer and band; and nothing foreign is loaded."""
+"""F12: what Blender receives is what the core computed, in every pass, layer and band."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
-
-bpy = pytest.importorskip("bpy")
 
 from dichromatic_addon._core import core
 from dichromatic_addon.engine import DichromaticRenderEngine, _LayerJob

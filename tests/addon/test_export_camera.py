@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("bpy")
-
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 

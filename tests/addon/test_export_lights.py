@@ -6,10 +6,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
-
-bpy = pytest.importorskip("bpy")
 
 from dichromatic_addon.operators import render_layers
 from tests.addon.building import add_light, add_plane, combined, look_down, small_picture, white_material

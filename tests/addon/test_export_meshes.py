@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
-
-bpy = pytest.importorskip("bpy")
 
 from dichromatic_addon.operators import render_layers
 from tests.addon.building import add_camera, add_mesh, add_plane, small_picture, white_material
@@ -50,7 +49,9 @@ def test_smooth_and_flat_faces_have_their_own_normals(framed: Any) -> None:
     assert {tuple(np.round(n, 5)) for n in flat.reshape(-1, 3)} == {(0, 0, 1), (1, 0, 0)}
     roof.data.shade_smooth()
     smooth = exported(framed).scene.instances[0].mesh
-    at_ridge = np.abs(smooth.vertices[smooth.triangles][..., 0]) + np.abs(smooth.vertices[smooth.triangles][..., 2]) == 0
+    at_ridge = (
+        np.abs(smooth.vertices[smooth.triangles][..., 0]) + np.abs(smooth.vertices[smooth.triangles][..., 2]) == 0
+    )
     expected = np.array([1, 0, 1]) / np.sqrt(2)
     np.testing.assert_allclose(
         smooth.corner_normals[at_ridge], np.broadcast_to(expected, (at_ridge.sum(), 3)), atol=FLOAT32_ROUNDING

@@ -6,9 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+import bpy
 import pytest
-
-bpy = pytest.importorskip("bpy")
 
 from dichromatic_addon import engine as engine_module
 from dichromatic_addon._core import core
@@ -75,7 +74,7 @@ def test_render_fails_with_its_reason(scene: Any, tmp_path: Path, spoil: Any, wo
     sound(scene)
     spoil(scene, tmp_path)
     scene.render.filepath = str(tmp_path / "picture.exr")
-    with pytest.raises(RuntimeError, match=".") as caught:
+    with pytest.raises(RuntimeError) as caught:
         bpy.ops.render.render(write_still=True)
     if spoil not in (no_camera, empty_border):  # these Blender itself refuses, in its own words
         assert words in str(caught.value)
