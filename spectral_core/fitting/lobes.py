@@ -35,7 +35,21 @@ class LobeModel(Protocol):
         """Ends of the parameters, two arrays (P,)."""
 
     def candidates(self) -> Array:
-        """List starting values, (K, P)."""
+        """List starting values.
+
+        Returns
+        -------
+        ndarray (K, P)
+            Points to try.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
 
     def __call__(self, p: Array) -> ModelTerms:
         """Evaluate the columns and their derivatives."""

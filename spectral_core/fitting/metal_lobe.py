@@ -64,10 +64,45 @@ class WeightModel(Protocol):
         """Ends of the parameters, two arrays (Q,)."""
 
     def candidates(self) -> Array:
-        """List starting values, (K, Q)."""
+        """List starting values.
+
+        Returns
+        -------
+        ndarray (K, Q)
+            Points to try.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
 
     def evaluate(self, q: Array) -> tuple[Array, Array]:
-        """Evaluate t (M,) and its derivatives (Q, M)."""
+        """Evaluate the weight.
+
+        Parameters
+        ----------
+        q : ndarray (Q,)
+            Parameters.
+
+        Returns
+        -------
+        weight : ndarray (M,)
+            t.
+        slopes : ndarray (Q, M)
+            Derivatives.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Tominaga 1996, Eq. 13.
+        """
 
 
 class FixedWeight:

@@ -1,4 +1,4 @@
-"""Synthetic measurements for the tests of fitting, by the equations as printed (arc cosines, quotients, no core code)."""
+"""Synthetic measurements for the tests of fitting, by the equations as printed (arc cosines, quotients, no core)."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ from spectral_core.reflection import (
     OpticalMeanReflectance,
     SchlickMeanReflectance,
     TypeI,
-    TypeII,
     TypeIII,
 )
 from spectral_core.spectra import Spectrum
@@ -248,13 +247,19 @@ def test_intervals_hold_the_truth_95_times_in_100(material_type, noise) -> None:
 @pytest.mark.parametrize("material_type", ["I", "II", "III"])
 def test_intervals_hold_when_everything_is_left_to_the_data(material_type, noise) -> None:
     truth = random_truth(material_type, 2)
-    low, _ = binomial_ends(DRAWS, 0.95)
-    held = 0
+    shape = np.degrees(truth.shape) if material_type == "III" else truth.shape
+    held = []
     for draw in range(DRAWS):
         fit = fit_material(truth.measure(noise, seed=draw))
-        shape = np.degrees(truth.shape) if material_type == "III" else truth.shape
-        held += fit.material_type == material_type and fit.parameters[0].low <= shape <= fit.parameters[0].high
-    assert held >= low
+        assert fit.material_type == material_type
+        if material_type != "III" and fit.material.attenuation != truth.kind:
+            # cos^n and a Gaussian hardly differ; where the wrong one is taken, the fit must say that it may be.
+            assert any(truth.kind in note for note in fit.notes)
+            continue
+        held.append(fit.parameters[0].low <= shape <= fit.parameters[0].high)
+    assert len(held) > 0.7 * DRAWS
+    low, high = binomial_ends(len(held), 0.95)
+    assert low <= sum(held) <= high
 
 
 def test_noise_is_recognised() -> None:

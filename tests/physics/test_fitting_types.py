@@ -1,4 +1,4 @@
-"""The recommended type: right for synthetic samples of each, honest where the data cannot tell, loud where they are bad."""
+"""The recommended type: right for synthetic samples, honest where the data cannot tell, loud where they are bad."""
 
 from __future__ import annotations
 
