@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -139,6 +138,7 @@ def render(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
     on_band: Callable[[Band], None] | None = None,
+    rows: Sequence[tuple[int, int]] | None = None,
 ) -> Render:
     """Render a scene.
 
@@ -154,6 +154,8 @@ def render(
         Asked between bands, samples and lights; a true answer stops the render.
     on_band : callable, optional
         Called with each finished :class:`Band`, from the top down.
+    rows : sequence of (int, int), optional
+        Render only these runs of rows (first row, row after the last), increasing; the others stay black.
 
     Returns
     -------
@@ -177,16 +179,28 @@ def render(
     if scene.camera is None:
         raise SceneError(f"scene '{scene.name}' has no camera")
     job = _Job.prepare(scene, scene.camera, settings, progress or _ignore_progress, cancel or _never)
-    rows = max(1, settings.band_samples // settings.width)
-    bands = math.ceil(settings.height / rows)
-    for number in range(bands):
-        first = number * rows
-        last = min(first + rows, settings.height)
-        job.progress(number / bands, f"rows {first + 1} to {last} of {settings.height}")
+    bands = _bands(settings, [(0, settings.height)] if rows is None else rows)
+    for number, (first, last) in enumerate(bands):
+        job.progress(number / len(bands), f"rows {first + 1} to {last} of {settings.height}")
         job.render_band(first, last, on_band)
     result = job.finish()
     job.progress(1.0, "done")
     return result
+
+
+def _bands(settings: RenderSettings, runs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Cut runs of rows into bands that keep to the bound of rays in memory."""
+    height = max(1, settings.band_samples // settings.width)
+    bands = []
+    end = 0
+    for first, last in runs:
+        if not end <= first < last <= settings.height:
+            raise InvalidParameterError(
+                f"rows must be increasing runs within 0 to {settings.height}, but one is {first} to {last}"
+            )
+        bands += [(row, min(row + height, last)) for row in range(first, last, height)]
+        end = last
+    return bands
 
 
 def _ignore_progress(fraction: float, message: str) -> None:

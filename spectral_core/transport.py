@@ -106,7 +106,7 @@ class Transport:
         with self.statistics.timed("shading"):
             self._deposit_background(pixels, hits, polynomial)
             points = surface_points(self.geometry, hits, directions)
-        for (index, part), coefficients in zip(points.groups(), self._direct_light(points), strict=True):
+        for (index, part), coefficients in zip(points.groups(), self._direct_light(points, depth), strict=True):
             material_plan = self.plan.materials[index]
             if material_plan is not None and material_plan.terms:
                 rays = points.ray[part]
@@ -117,7 +117,7 @@ class Transport:
         with self.statistics.timed("mirrors"):
             return self._mirrored(points, pixels, polynomial, depth + 1)
 
-    def _direct_light(self, points: SurfacePoints) -> list[NDArray[np.floating[Any]]]:
+    def _direct_light(self, points: SurfacePoints, depth: int) -> list[NDArray[np.floating[Any]]]:
         """Coefficients (n, L * Km) of every group of points, the components of each light in turn."""
         groups = points.groups()
         widths = [len(self.scene.materials[index].reflectances) for index, _ in groups]
@@ -132,7 +132,7 @@ class Transport:
                 illumination = light.illuminate(points.position, self.geometry.centre)
                 candidates = facing(points, illumination)
             with self.statistics.timed("shadows"):
-                lit = self.visibility.unoccluded(light, points, illumination, candidates)
+                lit = self.visibility.unoccluded(light, points, illumination, candidates, is_scattered=depth > 0)
             self.statistics.shadow_rays += len(candidates)
             with self.statistics.timed("shading"):
                 for (index, part), width, target in zip(groups, widths, coefficients, strict=True):

@@ -15,6 +15,7 @@ from .tracing.camera import Camera
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
 from .tracing.rasterize import PrimaryView
+from .tracing.shadows import LightView
 
 __all__ = ["Visibility"]
 
@@ -42,7 +43,7 @@ class Visibility:
         self._height = height
         self._trees: dict[bytes, Bvh] = {}
         self._views: dict[tuple[float, float], PrimaryView] = {}
-        self._casting = self._tree(geometry.shadow_visible)
+        self._light_views: dict[int, LightView] = {}
 
     def _tree(self, members: NDArray[np.bool_]) -> Bvh:
         """Build the tree of some triangles, once for each distinct set."""
@@ -124,7 +125,13 @@ class Visibility:
         return self._views[key]
 
     def unoccluded(
-        self, light: Light, points: SurfacePoints, illumination: Illumination, candidates: NDArray[np.int64]
+        self,
+        light: Light,
+        points: SurfacePoints,
+        illumination: Illumination,
+        candidates: NDArray[np.int64],
+        *,
+        is_scattered: bool,
     ) -> NDArray[np.int64]:
         """Find the points that a light reaches without meeting a surface.
 
@@ -138,6 +145,9 @@ class Visibility:
             What the light would give them.
         candidates : ndarray of int64
             Indices of the points that face the light, increasing.
+        is_scattered : bool
+            Whether the points are few and far between, as behind mirrors; then rays are cast one by one. The many
+            points that a camera sees are looked at from the light instead, which finds the same.
 
         Returns
         -------
@@ -158,12 +168,23 @@ class Visibility:
         origins = offset_origins(
             points.position[candidates], points.geometric_normal[candidates], directions, self._geometry.radius
         )
-        if isinstance(light, SunLight):
-            limit = None
+        own = points.triangle[candidates]
+        if not is_scattered:
+            blocked = self._light_view(light).occluded(origins, own)
+        elif isinstance(light, SunLight):
+            blocked = self._tree(self._geometry.shadow_visible).occluded(origins, directions, None, own)
         else:
             # From the lifted origin to the light itself: the ray is as long as what is left.
             target = self._geometry.recentred(light.position)
-            directions = target - origins
-            limit = np.ones(len(candidates), self._geometry.dtype)
-        blocked = self._casting.occluded(origins, directions, limit, points.triangle[candidates])
+            blocked = self._tree(self._geometry.shadow_visible).occluded(origins, target - origins, 1.0, own)
         return candidates[~blocked]
+
+    def _light_view(self, light: Light) -> LightView:
+        """Project the triangles towards a light, once."""
+        if id(light) not in self._light_views:
+            if isinstance(light, SunLight):
+                view = LightView(self._geometry, to_light=light.to_light)
+            else:
+                view = LightView(self._geometry, position=light.position - self._geometry.centre)
+            self._light_views[id(light)] = view
+        return self._light_views[id(light)]
