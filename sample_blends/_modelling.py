@@ -21,11 +21,13 @@ from mathutils import Vector
 __all__ = [
     "Curve",
     "add_camera",
+    "add_grey_world",
     "add_note",
     "add_object",
     "add_point_light",
     "add_spot_light",
     "add_sun",
+    "add_turned_uv",
     "empty_file",
     "extruded_mesh",
     "join_parts",
@@ -34,6 +36,7 @@ __all__ = [
     "parallel",
     "rounded",
     "save",
+    "sphere",
     "swept_tube",
     "turned_body",
 ]
@@ -169,6 +172,14 @@ def turned_body(profile: Curve, segments: int) -> Part:
     return np.concatenate(vertices), faces, np.concatenate(normals)
 
 
+def sphere(radius: float, segments: int, rings: int) -> Part:
+    """Build a sphere about the origin, its poles on the z axis."""
+    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, rings + 1)
+    points = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points[[0, -1], 0] = 0.0
+    return turned_body(Curve(points, np.column_stack([-np.sin(angles), np.cos(angles)])), segments)
+
+
 def swept_tube(
     path: Curve, half_widths: np.ndarray, half_heights: np.ndarray, segments: int, squareness: float
 ) -> Part:
@@ -245,6 +256,20 @@ def new_mesh(name: str, part: Part) -> bpy.types.Mesh:
     return mesh
 
 
+def add_turned_uv(mesh: bpy.types.Mesh) -> None:
+    """Give a body of revolution about z a UV map: U runs around the axis, V along it."""
+    layer = mesh.uv_layers.new(name="Turned")
+    low = min(vertex.co.z for vertex in mesh.vertices)
+    high = max(vertex.co.z for vertex in mesh.vertices)
+    for polygon in mesh.polygons:
+        centre = math.atan2(polygon.center.y, polygon.center.x)
+        for corner in polygon.loop_indices:
+            point = mesh.vertices[mesh.loops[corner].vertex_index].co
+            on_axis = math.hypot(point.x, point.y) < 1e-9
+            turn = 0.0 if on_axis else math.remainder(math.atan2(point.y, point.x) - centre, 2.0 * math.pi)
+            layer.uv[corner].vector = ((centre + turn) / (2.0 * math.pi), (point.z - low) / (high - low))
+
+
 def add_object(
     name: str,
     data: bpy.types.ID,
@@ -315,6 +340,21 @@ def add_sun(name: str, to_light: Sequence[float], irradiance: float) -> bpy.type
     item = add_object(name, data, to_light)
     _look(item, (0.0, 0.0, 0.0))
     return item
+
+
+def add_grey_world(strength: float) -> None:
+    """Add an even grey surrounding, which mirrors show and nothing is lit by."""
+    world = bpy.data.worlds.new("Surrounding")
+    if world.node_tree is None:  # before Blender 5.0
+        world.use_nodes = True
+    tree = world.node_tree
+    tree.nodes.clear()
+    background, output = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
+    background.location, output.location = (0.0, 0.0), (220.0, 0.0)
+    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    background.inputs["Strength"].default_value = strength
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    bpy.context.scene.world = world
 
 
 def empty_file() -> bpy.types.Scene:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-__all__ = ["plastic", "set_constant", "set_lamp", "set_library", "use_dichromatic"]
+__all__ = ["cloth", "metal", "plastic", "set_constant", "set_lamp", "set_library", "use_dichromatic"]
 
 SURFACE = "Surface"
 
@@ -30,6 +30,27 @@ def plastic(name: str, interface: float, attenuation: str, n: float) -> bpy.type
     node = material.node_tree.nodes[SURFACE]
     node.attenuation = attenuation
     node.inputs["Interface Reflectance"].default_value = interface
+    node.inputs["n"].default_value = n
+    return material
+
+
+def metal(name: str, kind: str, beta: float, beta_across: float, mirror: float) -> bpy.types.Material:
+    """Make a Type III material, rougher across its grooves than along them (radians)."""
+    material = _with_surface(name, "DichromaticNodeMetal")
+    node = material.node_tree.nodes[SURFACE]
+    node.metal = kind
+    node.anisotropic = beta_across != beta
+    node.inputs["beta"].default_value = beta
+    node.inputs["beta across"].default_value = beta_across
+    node.inputs["Mirror"].default_value = mirror
+    return material
+
+
+def cloth(name: str, attenuation: str, n: float) -> bpy.types.Material:
+    """Make a Type II material; both its spectra are the node's own colours until others are linked."""
+    material = _with_surface(name, "DichromaticNodeCloth")
+    node = material.node_tree.nodes[SURFACE]
+    node.attenuation = attenuation
     node.inputs["n"].default_value = n
     return material
 

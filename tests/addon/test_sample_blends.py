@@ -14,15 +14,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.tolerances import FLOAT32_ROUNDING
+
 pytestmark = [
     pytest.mark.bpy,
     pytest.mark.skipif(importlib.util.find_spec("bpy") is None, reason="needs the bpy module"),
 ]
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
+NAMES = ["cups", "metal_balls"]
 LARGEST = 2_000_000  # bytes
 SIZE = (192, 108)
-LOBE = ("attenuation", "n", "beta", "energy_conserving")  # of a material, besides its spectra
+LOBE = ("attenuation", "n", "beta", "beta_across", "mirror", "energy_conserving")  # of a material, besides its spectra
 
 
 @pytest.fixture(autouse=True)
@@ -111,7 +114,7 @@ def picture(addon: Any) -> NDArray[np.float64]:
     return rendered(scene)[0]
 
 
-@pytest.mark.parametrize("name", ["cups"])
+@pytest.mark.parametrize("name", NAMES)
 def test_file_is_small_and_ready_to_render(name: str) -> None:
     import bpy
 
@@ -128,7 +131,7 @@ def test_file_is_small_and_ready_to_render(name: str) -> None:
     assert max(len(line) for line in note.splitlines()) <= 92, "the note fits a text editor"
 
 
-@pytest.mark.parametrize("name", ["cups"])
+@pytest.mark.parametrize("name", NAMES)
 def test_script_makes_what_the_file_holds(name: str) -> None:
     import bpy
 
@@ -199,8 +202,6 @@ def test_cups_are_framed() -> None:
 
 
 def test_ground_is_neutral_and_well_exposed(picture: NDArray[np.float64]) -> None:
-    from tests.tolerances import FLOAT32_ROUNDING
-
     edge = np.concatenate([picture[:8].reshape(-1, 3), picture[-8:].reshape(-1, 3)])
     luminance = edge @ [0.2126, 0.7152, 0.0722]
     np.testing.assert_allclose(edge, luminance[:, None] * np.ones(3), rtol=FLOAT32_ROUNDING)
@@ -221,3 +222,36 @@ def test_one_cup_is_blue_and_one_is_red(picture: NDArray[np.float64]) -> None:
     assert np.mean(is_red[:, half:]) > 0.08
     assert np.mean(is_blue[:, half:]) < 0.01
     assert np.mean(is_red[:, :half]) < 0.01
+
+
+def test_balls_are_the_paper_s_type_three() -> None:
+    import spectral_core as core
+    from dichromatic_addon.nodes.reading import read_material
+    from dichromatic_addon.properties import read_illuminant
+
+    scene = opened("metal_balls")
+    for name, kind in (("Copper ball", "copper"), ("Brass ball", "brass-70-30")):
+        (slot,) = scene.objects[name].material_slots
+        reading = read_material(slot.material)
+        assert reading.notes == ()
+        material = reading.material
+        assert isinstance(material, core.TypeIII)
+        assert material.beta == pytest.approx(math.radians(5.0), rel=FLOAT32_ROUNDING)
+        assert material.beta_across > 2.0 * material.beta, "spun: rougher across the grooves"
+        plain = core.TypeIII.from_optical_constants(core.optical_constants(kind), beta=material.beta)
+        assert material.normal_reflectance.key == plain.normal_reflectance.key
+    suns = [item.data for item in scene.objects if item.type == "LIGHT"]
+    assert [sun.type for sun in suns] == ["SUN"] * 3, "three directional lights"
+    assert {read_illuminant(sun).key for sun in suns} == {core.illuminant("D65").key}
+
+
+def test_copper_is_left_and_redder_than_brass() -> None:
+    scene = opened("metal_balls")
+    assert scene.objects["Copper ball"].location.x < 0.0 < scene.objects["Brass ball"].location.x
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    picture = rendered(scene)[0]
+    halves = picture[:, : SIZE[0] // 2], picture[:, SIZE[0] // 2 :]
+    copper, brass = (half[half @ [0.2126, 0.7152, 0.0722] > 0.4].mean(axis=0) for half in halves)
+    assert copper[0] > 1.2 * copper[1], "copper highlights are reddish"
+    assert brass[0] < 1.2 * brass[1], "brass highlights are yellowish"
+    assert brass[2] < 0.75 * brass[1], "brass highlights are yellowish"
