@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..validation import require_choice, require_in_range
-from .angles import ReflectionGeometry, chord_squared, floating_type, vectors, within
+from .angles import chord_squared, floating_type, vectors, within
+from .geometry import ReflectionGeometry
 
 __all__ = ["ATTENUATIONS", "MAX_EXPONENT", "attenuation", "attenuation_at_angle", "attenuation_of_geometry"]
 

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..spectra import Spectrum
-from .angles import ReflectionGeometry, floating_type, geometry_blocks, vectors
+from .angles import floating_type, vectors
+from .geometry import ReflectionGeometry, geometry_blocks
 
 __all__ = ["Material"]
 

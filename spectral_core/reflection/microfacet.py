@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..validation import require_finite, require_in_range
-from .angles import ReflectionGeometry, within
+from .angles import within
+from .geometry import ReflectionGeometry
 
 __all__ = [
     "attenuation_over_cosine",
