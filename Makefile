@@ -1,7 +1,8 @@
 # `make help` lists the targets. Every target sets up what it needs and nothing twice.
 
-# The Blender series of .venv: lts is 4.5 with Python 3.11, else 5.2 with Python 3.13. PYTHON=... names an interpreter.
+# The Blender series of .venv: lts is 4.5 with Python 3.11, else 5.2 with Python 3.13; PYTHON=... names an interpreter.
 BLENDER ?= lts
+export PYTHON
 # The series that test-matrix goes through.
 SERIES ?= 4.2 4.5 5.0 5.2
 # What `make render` renders.

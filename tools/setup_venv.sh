@@ -34,9 +34,17 @@ python_of_series() {
 
 resolve_series() {
   case $1 in
-    lts) if [ -f "$stamps/series" ]; then cat "$stamps/series"
-         elif find_python 3.11 >/dev/null; then echo 4.5
-         else echo 5.2; fi ;;
+    lts)
+      if [ -n "${PYTHON:-}" ]; then
+        case $("$PYTHON" -c 'import sys; print("%d.%d" % sys.version_info[:2])') in
+          3.11) echo 4.5 ;;
+          3.13) echo 5.2 ;;
+          *) echo "PYTHON=$PYTHON is neither Python 3.11 (Blender 4.5) nor 3.13 (Blender 5.2)" >&2; exit 2 ;;
+        esac
+      elif [ -f "$stamps/series" ]; then cat "$stamps/series"
+      elif find_python 3.11 >/dev/null; then echo 4.5
+      elif find_python 3.13 >/dev/null; then echo 5.2
+      else echo "Neither Python 3.11 (Blender 4.5) nor 3.13 (Blender 5.2) was found; PYTHON=... names one" >&2; exit 3; fi ;;
     newest) if find_python 3.13 >/dev/null 2>&1; then echo 5.2; else echo 5.0; fi ;;
     *) echo "$1" ;;
   esac
