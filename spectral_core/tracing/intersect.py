@@ -244,46 +244,61 @@ class _Rays:
 
 def _find_leaves(bvh: Bvh, frame: _Frame) -> tuple[Integers, Integers, Array]:
     """Walk the tree with all rays of a frame; return (ray, leaf, entry distance) of every leaf box entered."""
-    dtype = bvh.dtype
     # Rows of eight equal numbers: a row is fetched with one copy and meets a node's eight planes without a broadcast.
-    origin = [np.repeat(o, 8).reshape(-1, 8) for o in frame.origin]
-    reciprocal = [np.repeat(r, 8).reshape(-1, 8) for r in frame.reciprocal]
-    limit = np.repeat(frame.t_max, 8).reshape(-1, 8)
-    # Two roundings a plane; the exit distance is lengthened so that a box is never missed for them.
-    slack = dtype.type(1.0 + 6.0 * np.finfo(dtype).eps)
+    origin = [_rows(o, 8) for o in frame.origin]
+    reciprocal = [_rows(r, 8) for r in frame.reciprocal]
+    limit = _rows(frame.t_max, 8)
     rays: list[Integers] = []
     leaves: list[Integers] = []
     entries: list[Array] = []
-    stack = [(np.arange(len(frame.t_max)), np.zeros(len(frame.t_max), np.int64))]
-    while stack:
-        ray, node = stack.pop()
-        enter: Array | None = None
-        leave: Array | None = None
-        for axis in range(3):
-            o, r = np.take(origin[axis], ray, axis=0), np.take(reciprocal[axis], ray, axis=0)
-            near, far = np.take(frame.near[axis], node, axis=0), np.take(frame.far[axis], node, axis=0)
-            near -= o
-            near *= r
-            far -= o
-            far *= r
-            enter = near if enter is None else np.maximum(enter, near, out=enter)
-            leave = far if leave is None else np.minimum(leave, far, out=leave)
-        assert enter is not None
-        assert leave is not None
-        np.maximum(enter, 0.0, out=enter)
-        leave *= slack
-        np.minimum(leave, np.take(limit, ray, axis=0), out=leave)
-        crossed = np.flatnonzero(enter <= leave)
-        pair = crossed >> 3
-        child = np.take(bvh.children, (np.take(node, pair) << 3) | (crossed & 7))
-        ray = np.take(ray, pair)
-        at_leaf, inside = np.flatnonzero(child < 0), np.flatnonzero(child >= 0)
-        rays.append(np.take(ray, at_leaf))
-        leaves.append(-1 - np.take(child, at_leaf))
-        entries.append(np.take(enter.ravel(), np.take(crossed, at_leaf)))
-        ray, node = np.take(ray, inside), np.take(child, inside)
-        stack.extend((ray[k : k + _BLOCK], node[k : k + _BLOCK]) for k in range(0, len(ray), _BLOCK))
+    level = [(np.arange(len(frame.t_max)), np.zeros(len(frame.t_max), np.int64))]
+    while level:
+        below: list[tuple[Integers, Integers]] = []
+        for ray, node in level:
+            crossed, entry = _enter_children(frame, origin, reciprocal, limit, ray, node)
+            pair = crossed >> 3
+            child = np.take(bvh.children, (np.take(node, pair) << 3) | (crossed & 7))
+            ray = np.take(ray, pair)
+            at_leaf, inside = np.flatnonzero(child < 0), np.flatnonzero(child >= 0)
+            rays.append(np.take(ray, at_leaf))
+            leaves.append(-1 - np.take(child, at_leaf))
+            entries.append(np.take(entry, np.take(crossed, at_leaf)))
+            below.append((np.take(ray, inside), np.take(child, inside)))
+        ray, node = np.concatenate([r for r, _ in below]), np.concatenate([n for _, n in below])
+        level = [(ray[k : k + _BLOCK], node[k : k + _BLOCK]) for k in range(0, len(ray), _BLOCK)]
     return np.concatenate(rays), np.concatenate(leaves), np.concatenate(entries)
+
+
+def _rows(values: Array, width: int) -> Array:
+    """Each value `width` times in a row of its own."""
+    return np.repeat(values, width).reshape(-1, width)
+
+
+def _enter_children(
+    frame: _Frame, origin: list[Array], reciprocal: list[Array], limit: Array, ray: Integers, node: Integers
+) -> tuple[Integers, Array]:
+    """Test rays against the eight boxes of their nodes.
+
+    Returns the numbers 8 * pair + child of the boxes entered, and the entry distances of all boxes.
+    """
+    dtype = limit.dtype
+    # Two roundings a plane; the exit distance is lengthened so that a box is never missed for them.
+    slack = dtype.type(1.0 + 6.0 * np.finfo(dtype).eps)
+    enter = np.zeros((len(ray), 8), dtype)
+    leave = np.full((len(ray), 8), np.inf, dtype)
+    for axis in range(3):
+        o, r = np.take(origin[axis], ray, axis=0), np.take(reciprocal[axis], ray, axis=0)
+        plane = np.take(frame.near[axis], node, axis=0)
+        plane -= o
+        plane *= r
+        np.maximum(enter, plane, out=enter)
+        plane = np.take(frame.far[axis], node, axis=0)
+        plane -= o
+        plane *= r
+        np.minimum(leave, plane, out=leave)
+    leave *= slack
+    np.minimum(leave, np.take(limit, ray, axis=0), out=leave)
+    return np.flatnonzero(enter <= leave), enter.ravel()
 
 
 def _test_leaves(
@@ -294,12 +309,15 @@ def _test_leaves(
         return
     order = _by_ray_and_entry(ray, entry, len(nearest.triangle))
     ray, leaf, entry = np.take(ray, order), np.take(leaf, order), np.take(entry, order)
+    # Rows of four equal numbers meet a leaf's four triangles.
+    axes = (frame.across_x, frame.across_y, frame.along)
+    tables = [_rows(v, 4) for v in (*(frame.origin[axis] for axis in axes), frame.shear_x, frame.shear_y)]
     turn = np.flatnonzero(np.diff(ray, prepend=-1))
     end = np.append(turn[1:], len(ray))
     while len(turn):
         for k in range(0, len(turn), _BLOCK):
             block = turn[k : k + _BLOCK]
-            _test_triangles(bvh, frame, nearest, np.take(ray, block), np.take(leaf, block))
+            _test_triangles(bvh, frame, tables, nearest, np.take(ray, block), np.take(leaf, block))
         turn = turn + 1
         left = np.flatnonzero(turn < end)
         turn, end = np.take(turn, left), np.take(end, left)
@@ -321,19 +339,32 @@ def _by_ray_and_entry(ray: Integers, entry: Array, rays: int) -> Integers:
     return packed & ((1 << pair_bits) - 1)
 
 
-def _test_triangles(bvh: Bvh, frame: _Frame, nearest: _Nearest, ray: Integers, leaf: Integers) -> None:
+def _test_triangles(
+    bvh: Bvh, frame: _Frame, tables: list[Array], nearest: _Nearest, ray: Integers, leaf: Integers
+) -> None:
     """Test each ray against the four triangles of its leaf and keep what is nearer; a ray occurs once."""
-    ox, oy, oz = (np.take(frame.origin[axis], ray)[:, None] for axis in (frame.across_x, frame.across_y, frame.along))
-    shear_x, shear_y = np.take(frame.shear_x, ray)[:, None], np.take(frame.shear_y, ray)[:, None]
+    ox, oy, oz = (np.take(tables[k], ray, axis=0) for k in range(3))
+    shear_x, shear_y = np.take(tables[3], ray, axis=0), np.take(tables[4], ray, axis=0)
     x, y, z = [], [], []
     for corner in (0, 3, 6):
-        cz = np.take(bvh.leaf_corners[corner + frame.along], leaf, axis=0) - oz
-        x.append(np.take(bvh.leaf_corners[corner + frame.across_x], leaf, axis=0) - ox - shear_x * cz)
-        y.append(np.take(bvh.leaf_corners[corner + frame.across_y], leaf, axis=0) - oy - shear_y * cz)
+        cx, cy, cz = (
+            np.take(bvh.leaf_corners[corner + axis], leaf, axis=0)
+            for axis in (frame.across_x, frame.across_y, frame.along)
+        )
+        cx -= ox
+        cy -= oy
+        cz -= oz
+        cx -= shear_x * cz
+        cy -= shear_y * cz
+        x.append(cx)
+        y.append(cy)
         z.append(cz)
-    a = x[2] * y[1] - y[2] * x[1]
-    b = x[0] * y[2] - y[0] * x[2]
-    c = x[1] * y[0] - y[1] * x[0]
+    a = x[2] * y[1]
+    a -= y[2] * x[1]
+    b = x[0] * y[2]
+    b -= y[0] * x[2]
+    c = x[1] * y[0]
+    c -= y[1] * x[0]
     least, most = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     inside = np.flatnonzero((least >= 0.0) | (most <= 0.0))
     if not len(inside):
