@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidParameterError
+from spectral_core.library import metal_names, optical_constants
 from spectral_core.reflection import (
     MEAN_BAND_NM,
     MeasuredMeanReflectance,
@@ -117,3 +118,14 @@ def test_dense_measurements_of_copper_give_the_optical_curve():
 def test_invalid_parameters(call, rule):
     with pytest.raises(InvalidParameterError, match=rule):
         call()
+
+
+@pytest.mark.parametrize("name", metal_names())
+def test_metals_of_the_library_against_their_exact_mean(name):
+    n, k = optical_constants(name).at(MEAN_BAND_NM)
+    mean = OpticalMeanReflectance(n, k)
+    for degrees in (0, 30, 60, 80, 88):
+        truth = exact_mean(np.cos(np.radians(degrees)), n, k)
+        assert float(mean.at(np.radians(degrees))) == pytest.approx(truth, abs=TABLE_OF_MEAN_REFLECTANCE)
+    weight_of_white = 1 - float(mean.interface_weight(np.cos(np.radians(80))))
+    assert (weight_of_white < -0.3) == name.startswith("aluminium")
