@@ -44,6 +44,8 @@ class Verb:
 
 VERBS: tuple[Verb, ...] = (
     Verb("render", "cli_render", "render a .blend file to a PNG or EXR picture"),
+    Verb("plan", "cli_plan", "say what a .blend file requires, without rendering it"),
+    Verb("tradeoff", "cli_tradeoff", "measure what accuracy costs in a .blend file"),
     Verb("relight", "cli_relight", "change lamps, paints or the display of a kept render, without tracing"),
     Verb("lamps", "cli_lamps", "show a kept render under a list of lamps, side by side"),
     Verb("metamerism", "cli_metamerism", "measure how colours move between two lamps, pixel by pixel"),

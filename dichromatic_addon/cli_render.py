@@ -7,7 +7,6 @@ Blender's view transform (AgX and others) belongs to F12 and is not applied; the
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from dataclasses import replace
@@ -17,6 +16,14 @@ from typing import Any
 import numpy as np
 
 from ._core import core
+from .cli_scene import (
+    add_scene_arguments,
+    adjustment,
+    blender_module,
+    development_of,
+    open_scene,
+    view_layer_name,
+)
 from .progress_bar import ProgressBar
 
 __all__ = ["add_arguments", "run"]
@@ -24,14 +31,13 @@ __all__ = ["add_arguments", "run"]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the verb."""
-    parser.add_argument("blend", metavar="FILE.blend", type=Path, help="the scene")
+    add_scene_arguments(parser)
     parser.add_argument(
         "-o", "--output", type=_output, required=True, metavar="OUT", help="a .png or .exr file to write"
     )
-    parser.add_argument("--frame", type=int, metavar="N", help="frame to render (default: the file's current frame)")
-    parser.add_argument("--size", type=_size, metavar="WxH", help="size in pixels (default: the file's)")
-    parser.add_argument("--samples", type=_positive, metavar="N", help="rays a pixel (default: the file's)")
-    parser.add_argument("--layer", metavar="NAME", help="view layer (default: the first that is used for rendering)")
+    parser.add_argument(
+        "--film", type=Path, metavar="RENDER.npz", help="keep the render too, for relight, lamps, metamerism and probe"
+    )
     parser.add_argument(
         "--display", choices=core.DISPLAYS, default="srgb", help="display that a PNG is for (default: srgb)"
     )
@@ -47,24 +53,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Render and write; raise a DichromaticError with the reason where that is not possible."""
     started = time.monotonic()
-    if not arguments.blend.is_file():
-        raise core.SceneError(f"there is no file {arguments.blend}")
-    if not arguments.output.parent.is_dir():
-        raise core.DichromaticError(f"the folder {arguments.output.parent} of the output does not exist")
-    bpy = _blender()
+    for target in (arguments.output, arguments.film):
+        if target is not None and not target.parent.is_dir():
+            raise core.DichromaticError(f"the folder {target.parent} of the output does not exist")
+    bpy = blender_module(arguments)
     from . import operators  # only now: it needs Blender
 
     with operators.addon_registered():
-        scene = _open(bpy, arguments)
+        scene = open_scene(bpy, arguments)
         bar = ProgressBar(sys.stderr)
         progress = _ignore if arguments.quiet else bar.update
         try:
             finished = operators.render_layers(
-                scene, layer=_layer(scene, arguments.layer), progress=progress, adjust=_adjust(arguments)
+                scene, layer=view_layer_name(scene, arguments.layer), progress=progress, adjust=adjustment(arguments)
             )[0]
         finally:
             bar.close()
         notes = _write(arguments, finished, 2.0**scene.view_settings.exposure)
+        if arguments.film is not None:
+            made = replace(development_of(scene), shown=core.display(arguments.display), gamut=arguments.gamut)
+            core.save_render(arguments.film, finished.render, made)
         if not arguments.quiet:
             print(finished.render.statistics.describe())
             for note in notes:
@@ -82,67 +90,6 @@ def _output(text: str) -> Path:
     if path.suffix.lower() not in core.IMAGE_SUFFIXES:
         raise argparse.ArgumentTypeError(f"must end in {' or '.join(core.IMAGE_SUFFIXES)}, but is {text!r}")
     return path
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    try:
-        size = int(width), int(height)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be like 960x540, but is {text!r}") from None
-    if not all(4 <= side <= 65536 for side in size):
-        raise argparse.ArgumentTypeError(f"sides must lie between 4 and 65536 pixels, but are {text!r}")
-    return size
-
-
-def _positive(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"must be an integer of at least 1, but is {text!r}")
-    return value
-
-
-def _blender() -> Any:
-    try:
-        import bpy
-    except ImportError as error:
-        raise core.MissingDependencyError(
-            "rendering a .blend file needs Blender as a Python module: pip install bpy"
-        ) from error
-    return bpy
-
-
-def _open(bpy: Any, arguments: argparse.Namespace) -> Any:
-    try:
-        bpy.ops.wm.open_mainfile(filepath=os.path.abspath(arguments.blend), load_ui=False)
-    except RuntimeError as error:
-        raise core.SceneError(f"{arguments.blend} cannot be opened: {str(error).strip()}") from error
-    scene = bpy.context.scene
-    if arguments.size is not None:
-        scene.render.resolution_x, scene.render.resolution_y = arguments.size
-        scene.render.resolution_percentage = 100
-    if arguments.frame is not None:
-        scene.frame_set(arguments.frame)
-    return scene
-
-
-def _layer(scene: Any, name: str | None) -> str:
-    names = [layer.name for layer in scene.view_layers]
-    if name is None:
-        return next((layer.name for layer in scene.view_layers if layer.use), names[0])
-    if name not in names:
-        raise core.SceneError(f"scene '{scene.name}' has no view layer '{name}'; it has {', '.join(names)}")
-    return name
-
-
-def _adjust(arguments: argparse.Namespace) -> Any:
-    def adjust(settings: Any) -> Any:
-        return settings if arguments.samples is None else replace(settings, samples=arguments.samples)
-
-    return adjust
 
 
 def _write(arguments: argparse.Namespace, finished: Any, exposure: float) -> list[str]:

@@ -10,7 +10,9 @@ from . import fitting
 from .atomic_files import replacing
 from .colorimetry import (
     ADAPTATIONS,
+    GRID_PRESETS,
     OBSERVERS,
+    WavelengthGrid,
     chromatic_adaptation,
     delta_e_2000,
     lab,
@@ -20,7 +22,8 @@ from .colorimetry import (
     white_point,
 )
 from .development import Development
-from .display import DISPLAYS, GAMUT_METHODS, SRGB_WHITE, display, fit_to_gamut
+from .display import DISPLAYS, GAMUT_METHODS, SRGB_WHITE, Display, display, fit_to_gamut
+from .display_files import read_display
 from .errors import (
     DichromaticError,
     InvalidParameterError,
@@ -29,6 +32,7 @@ from .errors import (
     SceneError,
     SpectrumFileError,
 )
+from .estimate import estimate
 from .image_io import IMAGE_SUFFIXES, write_image
 from .library import (
     illuminant,
@@ -37,6 +41,7 @@ from .library import (
     optical_constants,
     reflectance,
     reflectance_names,
+    source_of,
 )
 from .lights import PointLight, SpotLight, SunLight
 from .plan import make_plan
@@ -45,14 +50,16 @@ from .reflection.attenuation import ATTENUATIONS
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .render_file import open_render, save_render
 from .renderer import Render, render
+from .resampling import resample
 from .rgb_uplift import uplift
 from .scene import RenderSettings, Scene, World
 from .scene_spectra import SceneSpectra
 from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
 from .spectral_exr import write_spectral_exr
-from .spectrum_files import read_spectrum
+from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
 from .studies import contact_sheet, metamerism_map, relit_by
 from .tracing import Camera, Instance, Mesh
+from .tradeoff import QUALITIES, Tradeoff, measure_tradeoff, quality_settings
 
 __version__ = "0.1.0"
 
@@ -61,13 +68,16 @@ __all__ = [
     "ATTENUATIONS",
     "DISPLAYS",
     "GAMUT_METHODS",
+    "GRID_PRESETS",
     "IMAGE_SUFFIXES",
     "OBSERVERS",
+    "QUALITIES",
     "REFERENCE_WAVELENGTHS_NM",
     "SRGB_WHITE",
     "Camera",
     "Development",
     "DichromaticError",
+    "Display",
     "Instance",
     "InvalidParameterError",
     "Material",
@@ -85,9 +95,11 @@ __all__ = [
     "SpectrumFileError",
     "SpotLight",
     "SunLight",
+    "Tradeoff",
     "TypeI",
     "TypeII",
     "TypeIII",
+    "WavelengthGrid",
     "World",
     "__version__",
     "blackbody",
@@ -96,6 +108,7 @@ __all__ = [
     "daylight",
     "delta_e_2000",
     "display",
+    "estimate",
     "fit_to_gamut",
     "fitting",
     "gaussian",
@@ -103,23 +116,31 @@ __all__ = [
     "illuminant_names",
     "lab",
     "make_plan",
+    "measure_tradeoff",
     "metal_names",
     "metamerism_map",
     "observer",
     "open_render",
     "optical_constants",
     "probe_pixel",
+    "quality_settings",
+    "read_display",
+    "read_optical_constants",
+    "read_spectra",
     "read_spectrum",
     "reflectance",
     "reflectance_names",
     "relit_by",
     "render",
     "replacing",
+    "resample",
     "save_render",
+    "source_of",
     "tristimulus_weights",
     "uplift",
     "wavelength_grid",
     "white_point",
     "write_image",
     "write_spectral_exr",
+    "write_spectrum",
 ]

@@ -1,0 +1,63 @@
+"""``dichromatic tradeoff FILE.blend``: what accuracy costs in this scene, as a table, a CSV file and a plot."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import cli_scene
+from ._core import core
+from .plotting import new_figure, save_figure
+from .progress_bar import ProgressBar
+
+__all__ = ["add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the verb."""
+    cli_scene.add_scene_arguments(parser)
+    parser.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the measurements")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw error against time (or .svg, .pdf)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure, print, write; raise a DichromaticError where that is not possible."""
+    with cli_scene.opened_scene(arguments) as (scene, settings, development):
+        bar = ProgressBar(sys.stderr)
+        try:
+            found = core.measure_tradeoff(scene, settings, development, progress=bar.update)
+        finally:
+            bar.close()
+    print(f"{found.scene}, {settings.width} x {settings.height}, {settings.samples} samples a pixel; Delta E 2000:")
+    print(found.table())
+    print(found.advise())
+    if arguments.csv is not None:
+        with core.replacing(arguments.csv) as temporary:
+            temporary.write_text(found.csv(), encoding="utf-8")
+        print(f"{arguments.csv} written")
+    if arguments.plot is not None:
+        _draw(found, arguments.plot)
+        print(f"{arguments.plot} written")
+    return 0
+
+
+def _draw(found: core.Tradeoff, path: Path) -> None:
+    figure = new_figure(path, (8.0, 5.0))
+    axes = figure.add_subplot()
+    smallest = min((m.error.mean for m in found.measurements if m.error.mean > 0.0), default=1e-3)
+    for axis in dict.fromkeys(m.axis for m in found.measurements):
+        those = [m for m in found.measurements if m.axis == axis]
+        means = [max(m.error.mean, smallest) for m in those]
+        axes.plot([m.seconds for m in those], means, "o", label=axis, alpha=0.8)
+        for m, mean in zip(those, means, strict=True):
+            axes.annotate(m.value, (m.seconds, mean), xytext=(4, 3), textcoords="offset points", fontsize="x-small")
+    best = sorted((m.seconds, max(m.error.mean, smallest)) for m in found.measurements if m.is_pareto)
+    axes.step(*zip(*best, strict=True), where="post", color="black", linewidth=0.8, label="Pareto set")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("seconds")
+    axes.set_ylabel("mean Delta E 2000")
+    axes.set_title(f"{found.scene}: error against time")
+    axes.legend(fontsize="small", frameon=False)
+    save_figure(figure, path)
