@@ -5,10 +5,12 @@ from typing import Any
 import bpy
 
 from .compat import node_tree_of
-from .names import ENGINE_ID, SURFACE_NODES
+from .names import ENGINE_ID, SPECTRUM_NODE, SURFACE_NODES
+from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
 from .presets import DICHROMATIC_MT_material_presets
 from .properties import illuminant_problem
+from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "register", "unregister"]
 
@@ -23,6 +25,7 @@ NOT_SHARED_PREFIXES = (  # features that our engine does not render
     "DATA_PT_volume",
     "EEVEE_MATERIAL_PT_viewport_settings",
     "MATERIAL_PT_freestyle",
+    "MATERIAL_PT_lineart",
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",
@@ -50,13 +53,6 @@ def _columns(layout: Any) -> Any:
     return layout
 
 
-def _problem(layout: Any, text: str) -> None:
-    if text:
-        row = layout.row()
-        row.alert = True
-        row.label(text=text, icon="ERROR")
-
-
 def _draw_file(layout: Any, settings: Any) -> None:
     row = layout.row(align=True)
     row.prop(settings, "filepath")
@@ -64,7 +60,7 @@ def _draw_file(layout: Any, settings: Any) -> None:
     row.operator("dichromatic.reload_spectrum", text="", icon="FILE_REFRESH")
 
 
-def _draw_illuminant(layout: Any, owner: Any) -> None:
+def _draw_illuminant(layout: Any, context: Any, owner: Any) -> None:
     """Draw the choice of an illuminant, for lights and worlds alike."""
     settings = owner.dichromatic
     column = layout.column()
@@ -76,7 +72,7 @@ def _draw_illuminant(layout: Any, owner: Any) -> None:
         column.prop(settings, "temperature", text="Kelvin")
     elif settings.source == "FILE":
         _draw_file(column, settings)
-    _problem(layout, illuminant_problem(owner))
+    draw_wrapped(layout, illuminant_problem(owner), "ERROR", panel_line(context))
 
 
 class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
@@ -101,27 +97,47 @@ class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
         heading.alignment = "RIGHT"
         heading.label(text="Type")
         split.operator_menu_enum("dichromatic.set_surface", "node_type", text=label, icon="NODE_MATERIAL")
-        if node is None or node.bl_idname not in SURFACE_NODES:
-            layout.label(text="Rendered from its base color; choose a type", icon="INFO")
-            if node is None:
-                return
-        if node.bl_idname in SURFACE_NODES:
-            _draw_spectrum_links(layout, node)
-        layout.separator()
-        output = material.node_tree.get_output_node("ALL")
-        layout.template_node_view(material.node_tree, output, output.inputs["Surface"])
+        if node is not None and node.bl_idname in SURFACE_NODES:
+            _draw_surface_node(layout, context, node)
+            return
+        what = "its viewport color" if node is None else "the color of this node"
+        draw_wrapped(
+            layout, f"Rendered from {what}. Choose a type for a spectral material", "INFO", panel_line(context)
+        )
+        if node is not None:
+            output = material.node_tree.get_output_node("ALL")
+            layout.template_node_view(material.node_tree, output, output.inputs["Surface"])
 
 
-def _draw_spectrum_links(layout: Any, node: Any) -> None:
-    """Offer a Spectrum node for each spectrum that is still a plain colour."""
+def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
+    """Draw a node of ours with labels, and the Spectrum nodes that are linked to it below their inputs."""
+    node.draw_labelled(layout)
     for socket in node.inputs:
-        if socket.type == "RGBA" and not socket.hide and not socket.is_linked:
-            split = layout.split(factor=0.4)
-            heading = split.row()
-            heading.alignment = "RIGHT"
-            heading.label(text=socket.name)
-            link = split.operator("dichromatic.link_spectrum", text="Use a Spectrum", icon="COLOR")
-            link.input_name = socket.name
+        if socket.hide:
+            continue
+        if not socket.is_linked:
+            row = layout.row(align=True)
+            row.prop(socket, "default_value", text=socket.name)
+            if socket.type == "RGBA":
+                row.operator("dichromatic.link_spectrum", text="", icon="ADD").input_name = socket.name
+            continue
+        header, body = layout.panel(f"dichromatic_{socket.name}")
+        header.label(text=socket.name)
+        header.operator("dichromatic.unlink_spectrum", text="", icon="X", emboss=False).input_name = socket.name
+        if body is not None:
+            _draw_linked(_columns(body), context, socket.links[0].from_node)
+    draw_link_problems(node, layout, panel_line(context))
+
+
+def _draw_linked(layout: Any, context: Any, source: Any) -> None:
+    if source.bl_idname != SPECTRUM_NODE:
+        layout.label(text=source.label or source.name, icon="NODE")
+        return
+    source.draw_labelled(layout)
+    for socket in source.inputs:
+        if not socket.hide and not socket.is_linked:
+            layout.prop(socket, "default_value", text=socket.name)
+    draw_link_problems(source, layout, panel_line(context))
 
 
 class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
@@ -165,7 +181,7 @@ class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
         light = context.light
-        _draw_illuminant(layout, light)
+        _draw_illuminant(layout, context, light)
         if light.dichromatic.source == "COLOR":
             column = layout.column()
             if getattr(light, "use_temperature", None) is not None:
@@ -186,7 +202,7 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
         world = context.world
-        _draw_illuminant(layout, world)
+        _draw_illuminant(layout, context, world)
         tree = node_tree_of(world)
         if tree is None:
             layout.prop(world, "color")
@@ -202,6 +218,7 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Sampling"
     bl_context = "render"
+    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -216,6 +233,7 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Spectral"
     bl_context = "render"
+    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -228,6 +246,7 @@ class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Mirrored Light"
     bl_context = "render"
+    bl_order = -1
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
@@ -243,6 +262,7 @@ class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
     bl_label = "White Adaptation"
     bl_context = "render"
+    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -263,6 +283,7 @@ class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Film and Output"
     bl_context = "render"
+    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -272,7 +293,8 @@ class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
         layout.prop(view, "view_transform")
         faithful = view.view_transform in ("Standard", "Raw") and view.look == "None"
         if not faithful:
-            layout.label(text="Colors are styled; Standard shows them as computed", icon="INFO")
+            text = "This view restyles colors; Standard shows them as computed"
+            draw_wrapped(layout, text, "INFO", panel_line(context))
         layout.operator("dichromatic.render_image", icon="IMAGE_DATA")
 
 

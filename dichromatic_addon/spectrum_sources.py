@@ -72,6 +72,9 @@ def radiator(kind: str, temperature_k: float) -> core.Spectrum:
 
 def working_to_rec709(colour: Sequence[float]) -> tuple[float, float, float]:
     """Convert a colour of Blender's working space (Rec.2020 or ACEScg in some files) to linear Rec.709."""
+    red, green, blue = (float(part) for part in tuple(colour)[:3])
+    if red == green == blue:  # a grey is the same grey in every working space; keep it exactly so
+        return red, green, blue
     converted = mathutils.Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear()
     return converted.r, converted.g, converted.b
 

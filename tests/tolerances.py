@@ -100,3 +100,6 @@ BLENDER_FLOAT = 3e-7
 
 # The incomplete beta function: differences of log-gamma values of up to 1e5 leave 1e-11 of the share.
 QUANTILE = 1e-10
+
+# Blender's conversion between its working space and Rec.709 in float32, with matrices of about six digits.
+REC709_ROUND_TRIP = 1e-5

@@ -51,6 +51,22 @@ def _roughness(tree: Any, width_squared: Any) -> Any:
     return _math(tree, "POWER", width_squared, 0.25, clamp=True)
 
 
+def _added(tree: Any, first: Any, second: Any) -> Any:
+    """Add two shaders."""
+    both = tree.nodes.new("ShaderNodeAddShader")
+    tree.links.new(first, both.inputs[0])
+    tree.links.new(second, both.inputs[1])
+    return both.outputs[0]
+
+
+def _mirrored(tree: Any, colour: Any, share: Any) -> Any:
+    """Add a perfect mirror of a share of the colour."""
+    mirror = tree.nodes.new("ShaderNodeBsdfGlossy")
+    mirror.inputs["Roughness"].default_value = 0.0
+    tree.links.new(_scaled(tree, colour, share), mirror.inputs["Color"])
+    return mirror.outputs[0]
+
+
 def build_dielectric(tree: Any, sources: dict[str, Any], target: Any) -> None:
     """Build Type I and II: a diffuse body and a glossy interface whose lobe follows f(rho)."""
     kind, n = sources["Attenuation"], sources["n"]
@@ -70,21 +86,31 @@ def build_dielectric(tree: Any, sources: dict[str, Any], target: Any) -> None:
     peak = _math(tree, "DIVIDE", 1.0, lobe)
     tree.links.new(_scaled(tree, sources["Interface Reflectance"], peak), glossy.inputs["Color"])
     tree.links.new(_roughness(tree, _math(tree, "DIVIDE", 0.25, lobe)), glossy.inputs["Roughness"])
-    both = tree.nodes.new("ShaderNodeAddShader")
-    tree.links.new(diffuse.outputs[0], both.inputs[0])
-    tree.links.new(glossy.outputs[0], both.inputs[1])
-    tree.links.new(both.outputs[0], target)
+    lit = _added(tree, diffuse.outputs[0], glossy.outputs[0])
+    mirrored = _mirrored(tree, sources["Interface Reflectance"], sources["Mirror"])
+    tree.links.new(_added(tree, lit, mirrored), target)
 
 
 def build_metal(tree: Any, sources: dict[str, Any], target: Any) -> None:
-    """Build Type III: a metallic Principled; exp(-ln 2 alpha^2 / beta^2) is a lobe with a^2 = beta^2 / ln 2."""
+    """Build Type III: a metallic Principled; exp(-ln 2 alpha^2 / beta^2) is a lobe with a^2 = beta^2 / ln 2.
+
+    An anisotropic metal is shown with the geometric mean of its two roughnesses.
+    """
     beta = sources["beta"]
-    width_squared = _math(tree, "MULTIPLY", _math(tree, "MULTIPLY", beta, beta), 1.0 / math.log(2.0))
+    other = _math(
+        tree,
+        "MULTIPLY_ADD",
+        _math(tree, "SUBTRACT", sources["beta across"], beta),
+        sources["Use Across"],
+        beta,
+    )
+    width_squared = _math(tree, "MULTIPLY", _math(tree, "MULTIPLY", beta, other), 1.0 / math.log(2.0))
     principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
     principled.inputs["Metallic"].default_value = 1.0
     tree.links.new(sources["RGB"], principled.inputs["Base Color"])
     tree.links.new(_roughness(tree, width_squared), principled.inputs["Roughness"])
-    tree.links.new(principled.outputs[0], target)
+    mirrored = _mirrored(tree, sources["RGB"], sources["Mirror"])
+    tree.links.new(_added(tree, principled.outputs[0], mirrored), target)
 
 
 def build_spectrum(tree: Any, sources: dict[str, Any], target: Any) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..wrapped import NODE_LINE, draw_wrapped
 from .groups import SocketRecipe, shared_group
 from .reading import link_problems
 
@@ -82,6 +83,22 @@ class DichromaticNode:
     def refresh(self: Any) -> None:
         """Bring the hidden inputs in line with the node's properties."""
 
+    def draw_compact(self: Any, layout: Any) -> None:
+        """Draw the properties without labels, inside the node."""
+
+    def draw_labelled(self: Any, layout: Any) -> None:
+        """Draw the properties with labels, for sidebar and panel."""
+
+    def draw_buttons(self: Any, context: Any, layout: Any) -> None:
+        """Draw the node (Blender's callback)."""
+        self.draw_compact(layout)
+
+    def draw_buttons_ext(self: Any, context: Any, layout: Any) -> None:
+        """Draw the node in the sidebar (Blender's callback)."""
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        self.draw_labelled(layout)
+
 
 def set_input(node: Any, name: str, value: Any) -> None:
     """Set the default of an input, without touching it where it has the value already (each change redraws)."""
@@ -94,7 +111,7 @@ def set_input(node: Any, name: str, value: Any) -> None:
         socket.default_value = value
 
 
-def draw_link_problems(node: Any, layout: Any) -> None:
-    """Show in the node why a link of it cannot be read."""
+def draw_link_problems(node: Any, layout: Any, width: int = NODE_LINE) -> None:
+    """Show why the node, or a link of it, cannot be read."""
     for problem in link_problems(node):
-        layout.label(text=problem, icon="ERROR")
+        draw_wrapped(layout, problem, "ERROR", width)

@@ -51,10 +51,16 @@ class _Dielectric(DichromaticNode):
         index = next(item[3] for item in attenuation_items if item[0] == self.attenuation)
         set_input(self, "Attenuation", float(index))
 
-    def draw_buttons(self: Any, context: Any, layout: Any) -> None:
+    def draw_compact(self: Any, layout: Any) -> None:
+        """Draw without labels, inside the node."""
         layout.prop(self, "attenuation", text="")
         layout.prop(self, "energy_conserving")
         draw_link_problems(self, layout)
+
+    def draw_labelled(self: Any, layout: Any) -> None:
+        """Draw the same with labels, for sidebar and panel."""
+        layout.prop(self, "attenuation")
+        layout.prop(self, "energy_conserving")
 
 
 class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):

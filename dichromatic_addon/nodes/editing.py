@@ -9,7 +9,15 @@ from ..compat import ensure_node_tree
 from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
 from .fallback import COLOUR_INPUTS
 
-__all__ = ["CLASSES", "link_spectrum_node", "material_output", "set_surface_node", "surface_items", "surface_node_of"]
+__all__ = [
+    "CLASSES",
+    "link_spectrum_node",
+    "material_output",
+    "set_surface_node",
+    "surface_items",
+    "surface_node_of",
+    "unlink_spectrum_node",
+]
 
 surface_items = (
     (PLASTIC_NODE, "Plastic or Paint", "Type I: a colored body, and a highlight of the lamp's color", "MATERIAL", 0),
@@ -117,9 +125,21 @@ def link_spectrum_node(tree: Any, node: Any, input_name: str) -> Any:
     spectrum.source = "COLOR"
     if socket.type == "RGBA":
         spectrum.inputs["Color"].default_value = socket.default_value
-    spectrum.label = input_name
     tree.links.new(spectrum.outputs["Spectrum"], socket)
     return spectrum
+
+
+def unlink_spectrum_node(tree: Any, node: Any, input_name: str) -> None:
+    """Go back from a Spectrum node to a plain colour, its own; remove the node when it feeds nothing."""
+    socket = node.inputs[input_name]
+    for link in list(socket.links):
+        source = link.from_node
+        if source.bl_idname == SPECTRUM_NODE and socket.type == "RGBA":
+            shown = source.inputs["Color" if source.source == "COLOR" else "RGB"].default_value
+            scale = source.inputs["Scale"].default_value
+            socket.default_value = (*(part * scale for part in shown[:3]), 1.0)
+        tree.links.remove(link)
+    _remove_unused_spectra(tree)
 
 
 def _editable_material(context: Any) -> Any:
@@ -171,6 +191,28 @@ class DICHROMATIC_OT_link_spectrum(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class DICHROMATIC_OT_unlink_spectrum(bpy.types.Operator):
+    bl_idname = "dichromatic.unlink_spectrum"
+    bl_label = "Use a Color"
+    bl_description = "Remove what is linked to this input and set a plain color, which is uplifted to a smooth spectrum"
+    bl_options = {"REGISTER", "UNDO"}
+
+    input_name: StringProperty(name="Input", options={"HIDDEN"})  # type: ignore[valid-type]
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return DICHROMATIC_OT_link_spectrum.poll(context)
+
+    def execute(self, context: Any) -> set[str]:
+        material = _editable_material(context)
+        node = surface_node_of(material)
+        if self.input_name not in node.inputs:
+            self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
+            return {"CANCELLED"}
+        unlink_spectrum_node(material.node_tree, node, self.input_name)
+        return {"FINISHED"}
+
+
 class DICHROMATIC_OT_reload_spectrum(bpy.types.Operator):
     bl_idname = "dichromatic.reload_spectrum"
     bl_label = "Reload Spectrum"
@@ -187,4 +229,9 @@ class DICHROMATIC_OT_reload_spectrum(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (DICHROMATIC_OT_set_surface, DICHROMATIC_OT_link_spectrum, DICHROMATIC_OT_reload_spectrum)
+CLASSES = (
+    DICHROMATIC_OT_set_surface,
+    DICHROMATIC_OT_link_spectrum,
+    DICHROMATIC_OT_unlink_spectrum,
+    DICHROMATIC_OT_reload_spectrum,
+)

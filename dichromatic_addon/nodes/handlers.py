@@ -9,6 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..names import SPECTRUM_NODE, SURFACE_NODES
+from . import dielectric, metal, spectrum
 from .groups import is_hidden_group, shared_group
 
 __all__ = ["refresh_nodes", "register", "unregister"]
@@ -18,24 +19,31 @@ def _trees() -> list[Any]:
     return [material.node_tree for material in bpy.data.materials if material.node_tree] + list(bpy.data.node_groups)
 
 
+def _our_nodes(trees: list[Any]) -> list[Any]:
+    kinds = (*SURFACE_NODES, SPECTRUM_NODE)
+    own = [tree for tree in trees if tree.library is None and not is_hidden_group(tree)]
+    return [node for tree in own for node in tree.nodes if node.bl_idname in kinds]
+
+
 def refresh_nodes(trees: list[Any]) -> None:
     """Bring the hidden inputs of our nodes in the given trees up to date."""
-    for tree in trees:
-        if tree.library is None and not is_hidden_group(tree):
-            for node in tree.nodes:
-                if node.bl_idname == SPECTRUM_NODE or node.bl_idname in SURFACE_NODES:
-                    node.refresh()
+    for node in _our_nodes(trees):
+        node.refresh()
 
 
 @persistent
 def _after_load(*_: Any) -> None:
-    """Rebuild hidden groups of an older version; a new group is made for a node only when it is added."""
-    for node_type in (*SURFACE_NODES, SPECTRUM_NODE):
-        recipe = bpy.types.Node.bl_rna_get_subclass_py(node_type).recipe
+    """Rebuild hidden groups of an older version, and give nodes that have lost their group a new one."""
+    for node_class in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES):
+        recipe = node_class.recipe
         if any(
             tree.library is None and tree.get("dichromatic_node_group") == recipe.tag for tree in bpy.data.node_groups
         ):
             shared_group(recipe)
+    for node in _our_nodes(_trees()):
+        if node.node_tree is None:
+            node.node_tree = shared_group(node.recipe)
+            node.refresh()
 
 
 @persistent

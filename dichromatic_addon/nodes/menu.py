@@ -4,7 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..names import CLOTH_NODE, ENGINE_ID, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
+from ..names import ENGINE_ID
+from . import dielectric, metal, spectrum
 
 __all__ = ["CLASSES", "register", "unregister"]
 
@@ -16,10 +17,9 @@ class DICHROMATIC_MT_node_add(bpy.types.Menu):
     bl_label = "Dichromatic"
 
     def draw(self, context: Any) -> None:
-        for node_type in (PLASTIC_NODE, CLOTH_NODE, METAL_NODE, SPECTRUM_NODE):
-            label = getattr(bpy.types, node_type).bl_label
-            operator = self.layout.operator("node.add_node", text=label)
-            operator.type = node_type
+        for node in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES):
+            operator = self.layout.operator("node.add_node", text=node.bl_label)
+            operator.type = node.bl_idname
             operator.use_transform = True
 
 

@@ -59,6 +59,7 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
                 "Brushed and spun metals are rougher across their grooves",
             ),
             MIRROR_INPUT,
+            SocketRecipe("Use Across", "FLOAT", 0.0, hidden=True),
             SocketRecipe("RGB", "COLOR", (0.9, 0.6, 0.45, 1.0), hidden=True),
         ),
         output=SURFACE_OUTPUT,
@@ -91,6 +92,7 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         if "beta across" not in self.inputs:  # the hidden group is gone; reading the node tells so
             return
         self.inputs["beta across"].hide = not self.anisotropic
+        set_input(self, "Use Across", 1.0 if self.anisotropic else 0.0)
         try:
             constants = core.optical_constants(self.metal)
             colour = scene_linear_rgb(core.TypeIII.from_optical_constants(constants, beta=0.1).normal_reflectance)
@@ -98,12 +100,19 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             colour = (0.0, 0.0, 0.0, 1.0)  # the node's own label and the render tell the reason
         set_input(self, "RGB", colour)
 
-    def draw_buttons(self: Any, context: Any, layout: Any) -> None:
-        """Draw the metal and its switch."""
+    def draw_compact(self: Any, layout: Any) -> None:
+        """Draw without labels, inside the node."""
         layout.prop(self, "metal", text="")
         layout.prop(self, "anisotropic")
         layout.prop(self, "energy_conserving")
         draw_link_problems(self, layout)
+
+    def draw_labelled(self: Any, layout: Any) -> None:
+        """Draw the same with labels, for sidebar and panel."""
+        layout.prop(self, "metal")
+        column = layout.column()
+        column.prop(self, "anisotropic")
+        column.prop(self, "energy_conserving")
 
 
 CLASSES = (DichromaticNodeMetal,)

@@ -168,33 +168,68 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             colour = (0.0, 0.0, 0.0, 1.0)  # the node's own label and the render tell the reason
         set_input(self, "RGB", colour)
 
-    def draw_buttons(self: Any, context: Any, layout: Any) -> None:
-        """Draw what the source needs."""
+    def draw_label(self: Any) -> str:
+        """Name the node after what it gives."""
+        if self.source == "LIBRARY":
+            return str(self.library_name).capitalize()
+        if self.source == "FILE":
+            return bpy.path.basename(self.filepath) or "Spectrum"
+        if self.source == "TEMPERATURE":
+            return f"{'Daylight' if self.radiator == 'DAYLIGHT' else 'Blackbody'} {self.temperature:.0f} K"
+        if self.source == "GAUSSIAN":
+            return f"Band at {self.centre_nm:.0f} nm"
+        return "Spectrum"
+
+    def draw_compact(self: Any, layout: Any) -> None:
+        """Draw without labels, inside the node."""
         layout.prop(self, "source", text="")
         if self.source == "LIBRARY":
             layout.prop(self, "library_name", text="")
         elif self.source == "FILE":
-            row = layout.row(align=True)
-            row.prop(self, "filepath", text="")
-            row.context_pointer_set("dichromatic_file_owner", self)
-            row.operator("dichromatic.reload_spectrum", text="", icon="FILE_REFRESH")
+            self._draw_file(layout, text="")
         elif self.source == "TEMPERATURE":
             layout.prop(self, "radiator", text="")
             layout.prop(self, "temperature", text="Kelvin")
         elif self.source == "GAUSSIAN":
-            column = layout.column(align=True)
-            column.prop(self, "centre_nm")
-            column.prop(self, "width_nm")
-            column = layout.column(align=True)
-            column.prop(self, "peak")
-            column.prop(self, "base")
+            self._draw_band(layout)
         elif self.source == "CONSTANT":
             layout.prop(self, "value")
+        self._draw_swatch(layout)
+        draw_link_problems(self, layout)
+
+    def draw_labelled(self: Any, layout: Any) -> None:
+        """Draw the same with labels, for sidebar and panel."""
+        layout.prop(self, "source")
+        if self.source == "LIBRARY":
+            layout.prop(self, "library_name")
+        elif self.source == "FILE":
+            self._draw_file(layout, text="File")
+        elif self.source == "TEMPERATURE":
+            layout.prop(self, "radiator")
+            layout.prop(self, "temperature", text="Kelvin")
+        elif self.source == "GAUSSIAN":
+            self._draw_band(layout)
+        elif self.source == "CONSTANT":
+            layout.prop(self, "value")
+        self._draw_swatch(layout)
+
+    def _draw_file(self: Any, layout: Any, text: str) -> None:
+        row = layout.row(align=True)
+        row.prop(self, "filepath", text=text)
+        row.context_pointer_set("dichromatic_file_owner", self)
+        row.operator("dichromatic.reload_spectrum", text="", icon="FILE_REFRESH")
+
+    def _draw_band(self: Any, layout: Any) -> None:
+        for names in (("centre_nm", "width_nm"), ("peak", "base")):
+            column = layout.column(align=True)
+            for name in names:
+                column.prop(self, name)
+
+    def _draw_swatch(self: Any, layout: Any) -> None:
         if self.source != "COLOR" and "RGB" in self.inputs:
             swatch = layout.row()
             swatch.enabled = False
             swatch.prop(self.inputs["RGB"], "default_value", text="Under D65")
-        draw_link_problems(self, layout)
 
 
 CLASSES = (DichromaticNodeSpectrum,)

@@ -1,0 +1,250 @@
+"""Panels, menus and presets: drawn on a layout that checks all they ask for, and taken out without a trace."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+import spectral_core as core
+from dichromatic_addon import panels, presets, properties
+from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
+from dichromatic_addon.nodes import dielectric, editing, menu, metal
+from dichromatic_addon.nodes import spectrum as spectrum_node
+from dichromatic_addon.nodes.editing import link_spectrum_node, set_surface_node, surface_node_of
+from dichromatic_addon.nodes.reading import read_material
+from dichromatic_addon.properties import source_items, white_items
+
+from .fake_layout import FakeLayout
+
+pytestmark = pytest.mark.bpy
+
+
+def draw(panel, scene, **extra):
+    """Draw a panel on a fake layout and return what it asked for."""
+    layout = FakeLayout()
+    context = SimpleNamespace(
+        scene=scene,
+        engine=scene.render.engine,
+        view_layer=scene.view_layers[0],
+        preferences=bpy.context.preferences,
+        region=SimpleNamespace(width=400),
+        **{"material": None, "light": None, "world": None, **extra},
+    )
+    assert panel.poll(context)
+    panel.draw(SimpleNamespace(layout=layout), context)
+    return layout
+
+
+@pytest.mark.parametrize("panel", [cls for cls in panels.CLASSES if cls.bl_context in ("render", "view_layer")])
+def test_scene_panels_in_every_state(scene, panel):
+    for white in white_items:
+        scene.dichromatic.white_source = white[0]
+        for transform in ("Standard", "AgX"):
+            scene.view_settings.view_transform = transform
+            draw(panel, scene)
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SUN", "SPOT", "AREA"])
+@pytest.mark.parametrize("source", [item[0] for item in source_items])
+def test_light_panels_in_every_state(scene, kind, source):
+    light = bpy.data.lights.new("Lamp", kind)
+    light.dichromatic.source = source
+    draw(panels.DICHROMATIC_PT_light, scene, light=light)
+    layout = draw(panels.DICHROMATIC_PT_light_illuminant, scene, light=light)
+    assert "source" in layout.names("prop")
+    assert ("no spectrum file is chosen" in layout.names("label")) == (source == "FILE")
+
+
+@pytest.mark.parametrize("source", [item[0] for item in source_items])
+def test_the_world_panel_in_every_state(scene, source):
+    world = bpy.data.worlds.new("Sky")
+    world.dichromatic.source = source
+    draw(panels.DICHROMATIC_PT_world, scene, world=world)
+
+
+@pytest.mark.parametrize("node_type", [PLASTIC_NODE, CLOTH_NODE, METAL_NODE])
+def test_the_material_panel_shows_the_nodes_themselves(scene, node_type):
+    material = bpy.data.materials.new("Paint")
+    node = set_surface_node(material, node_type)
+    layout = draw(panels.DICHROMATIC_PT_material, scene, material=material)
+    visible = [socket for socket in node.inputs if not socket.hide]
+    assert layout.names("prop").count("default_value") == len(visible)
+    assert "energy_conserving" in layout.names("prop")
+
+
+@pytest.mark.parametrize("source", [item[0] for item in spectrum_node.source_items])
+def test_a_linked_spectrum_is_drawn_in_the_panel_and_in_the_node(scene, source):
+    material = bpy.data.materials.new("Paint")
+    node = set_surface_node(material, PLASTIC_NODE)
+    spectrum = link_spectrum_node(material.node_tree, node, "Body Reflectance")
+    spectrum.source = source
+    layout = draw(panels.DICHROMATIC_PT_material, scene, material=material)
+    assert "source" in layout.names("prop")
+    assert "dichromatic.unlink_spectrum" in layout.names("operator")
+    in_node = FakeLayout()
+    spectrum.draw_compact(in_node)
+    assert "source" in in_node.names("prop")
+    assert spectrum.draw_label()
+
+
+def test_the_panel_tells_why_a_link_cannot_be_read(scene):
+    material = bpy.data.materials.new("Paint")
+    node = set_surface_node(material, PLASTIC_NODE)
+    noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+    material.node_tree.links.new(noise.outputs["Color"], node.inputs["Body Reflectance"])
+    text = " ".join(draw(panels.DICHROMATIC_PT_material, scene, material=material).names("label"))
+    assert "gives no spectrum" in text
+    in_node = FakeLayout()
+    node.draw_compact(in_node)
+    assert "Noise" in " ".join(in_node.names("label"))
+
+
+@pytest.mark.parametrize("use_nodes", [False, True])
+def test_a_foreign_material_is_offered_a_type(scene, use_nodes):
+    material = bpy.data.materials.new("Foreign")
+    if use_nodes and material.node_tree is None:
+        material.use_nodes = True
+    layout = draw(panels.DICHROMATIC_PT_material, scene, material=material)
+    assert "dichromatic.set_surface" in layout.names("operator")
+    assert "Rendered from" in " ".join(layout.names("label"))
+
+
+def test_panels_are_for_our_engine_only(scene):
+    scene.render.engine = "BLENDER_WORKBENCH"
+    for panel in panels.CLASSES:
+        context = SimpleNamespace(
+            engine=scene.render.engine, material=object(), light=object(), world=object(), scene=scene
+        )
+        assert not panel.poll(context)
+
+
+def test_every_panel_and_property_has_a_tooltip(addon):
+    for cls in properties.CLASSES:
+        for known in cls.bl_rna.properties:
+            assert known.identifier in ("rna_type", "name") or known.description, known.identifier
+    for cls in (*dielectric.CLASSES, *metal.CLASSES, *spectrum_node.CLASSES):
+        own = set(cls.__annotations__) | {name for base in cls.__mro__ for name in getattr(base, "__annotations__", {})}
+        for name in own:
+            assert cls.bl_rna.properties[name].description, name
+        for socket in cls.recipe.inputs:
+            assert socket.hidden or socket.description, socket.name
+
+
+def test_blenders_panels_are_joined_and_left_again(addon):
+    def ours():
+        return {
+            panel.__name__
+            for panel in bpy.types.Panel.__subclasses__()
+            if "DICHROMATIC" in getattr(panel, "COMPAT_ENGINES", ()) and not panel.__name__.startswith("DICHROMATIC")
+        }
+
+    joined = ours()
+    assert {"EEVEE_MATERIAL_PT_context_material", "MATERIAL_PT_preview", "DATA_PT_spot", "DATA_PT_lens"} <= joined
+    assert not {name for name in joined if "freestyle" in name}
+    addon.unregister()
+    try:
+        assert ours() == set()
+        assert not [cls for cls in panels.CLASSES if getattr(bpy.types, cls.__name__, None)]
+        assert not hasattr(bpy.types.Scene, "dichromatic")
+        assert not hasattr(bpy.types, PLASTIC_NODE)
+    finally:
+        addon.register()
+    assert ours() == joined
+
+
+def test_the_add_menu_lists_the_nodes_for_our_engine_only(scene):
+    layout = FakeLayout()
+    menu.DICHROMATIC_MT_node_add.draw(SimpleNamespace(layout=layout), None)
+    assert layout.names("operator") == ["node.add_node"] * 4
+    for engine, expected in (("DICHROMATIC", ["DICHROMATIC_MT_node_add"]), ("BLENDER_WORKBENCH", [])):
+        layout = FakeLayout()
+        context = SimpleNamespace(engine=engine, space_data=SimpleNamespace(shader_type="OBJECT"))
+        menu._draw_entry(SimpleNamespace(layout=layout), context)
+        assert layout.names("menu") == expected
+
+
+# ---- presets
+
+
+def test_there_are_at_least_twenty_presets_of_all_types():
+    assert len({preset.name for preset in presets.PRESETS}) == len(presets.PRESETS) >= 20
+    assert {preset.node_type for preset in presets.PRESETS} == {PLASTIC_NODE, CLOTH_NODE, METAL_NODE}
+
+
+@pytest.mark.parametrize("preset", presets.PRESETS, ids=lambda preset: preset.name)
+def test_each_preset_gives_a_material_that_can_be_read(scene, preset):
+    material = bpy.data.materials.new("Paint")
+    presets.apply_preset(material, preset)
+    reading = read_material(material)
+    assert reading.notes == ()
+    if preset.body:
+        assert reading.material.body_reflectance == core.reflectance(preset.body)
+        assert reading.material.n == pytest.approx(preset.n)
+    else:
+        assert (reading.material.beta_across is None) == (preset.across_degrees == 0.0)
+
+
+def test_presets_in_a_row_leave_nothing_behind(scene):
+    material = bpy.data.materials.new("Paint")
+    for preset in presets.PRESETS:
+        presets.apply_preset(material, preset)
+    kinds = [node.bl_idname for node in material.node_tree.nodes]
+    assert kinds.count(SPECTRUM_NODE) == 0  # the last preset is a metal
+    presets.apply_preset(material, presets.PRESETS[0])
+    kinds = [node.bl_idname for node in material.node_tree.nodes]
+    assert kinds.count(PLASTIC_NODE) == kinds.count(SPECTRUM_NODE) == 1
+
+
+def test_the_preset_menu_lists_all(scene):
+    layout = FakeLayout()
+    presets.DICHROMATIC_MT_material_presets.draw(SimpleNamespace(layout=layout), None)
+    assert len(layout.names("operator")) == len(presets.PRESETS)
+
+
+# ---- operators
+
+
+@pytest.fixture
+def cube(scene):
+    """A cube with a material, the active object."""
+    bpy.ops.mesh.primitive_cube_add()
+    material = bpy.data.materials.new("Paint")
+    bpy.context.object.data.materials.append(material)
+    return material
+
+
+def test_operators_change_the_active_material(cube):
+    assert bpy.ops.dichromatic.set_surface(node_type=CLOTH_NODE) == {"FINISHED"}
+    assert surface_node_of(cube).bl_idname == CLOTH_NODE
+    assert bpy.ops.dichromatic.link_spectrum(input_name="Interface Reflectance") == {"FINISHED"}
+    spectrum = surface_node_of(cube).inputs["Interface Reflectance"].links[0].from_node
+    spectrum.source, spectrum.value = "CONSTANT", 0.5
+    assert bpy.ops.dichromatic.unlink_spectrum(input_name="Interface Reflectance") == {"FINISHED"}
+    socket = surface_node_of(cube).inputs["Interface Reflectance"]
+    assert not socket.is_linked
+    assert tuple(socket.default_value)[:3] == pytest.approx((0.5,) * 3, rel=2e-3)
+    assert bpy.ops.dichromatic.material_preset(name="Gold") == {"FINISHED"}
+    assert surface_node_of(cube).metal == "gold"
+
+
+def test_operators_name_what_is_missing(cube):
+    bpy.ops.dichromatic.set_surface(node_type=PLASTIC_NODE)
+    with pytest.raises(RuntimeError, match="no input 'Body'"):
+        bpy.ops.dichromatic.link_spectrum(input_name="Body")
+    with pytest.raises(RuntimeError, match="no material preset 'Adamantium'"):
+        bpy.ops.dichromatic.material_preset(name="Adamantium")
+
+
+def test_a_spectrum_file_is_read_again_on_demand(cube, tmp_path):
+    node = set_surface_node(cube, PLASTIC_NODE)
+    spectrum = link_spectrum_node(cube.node_tree, node, "Body Reflectance")
+    file = tmp_path / "measured.csv"
+    file.write_text("wavelength,value\n400,0.1\n600,0.2\n", encoding="utf-8")
+    spectrum.source, spectrum.filepath = "FILE", str(file)
+    file.write_text("wavelength,value\n400,0.3\n600,0.4\n", encoding="utf-8")
+    operator = SimpleNamespace()
+    context = SimpleNamespace(dichromatic_file_owner=spectrum)
+    assert editing.DICHROMATIC_OT_reload_spectrum.execute(operator, context) == {"FINISHED"}
+    assert read_material(cube).material.body_reflectance.values.tolist() == [0.3, 0.4]
