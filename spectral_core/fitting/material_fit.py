@@ -37,6 +37,7 @@ MATERIAL_TYPES = ("I", "II", "III")
 MEAN_REFLECTANCES = ("auto", "schlick", "fresnel", "table")
 """Ways to find the mean reflectance Sa(phi) of a metal."""
 
+_HARDLY_DIFFERENT = 25.0  # of the criterion: noise may turn the order of laws that are no further apart
 _SCALE_SPREAD = 0.2  # a scale known no better than this would leave S_I without meaning
 _LARGEST_SPREAD = 1.0  # a standard deviation of ln n or ln beta beyond this tells nothing about n or beta
 
@@ -247,7 +248,7 @@ def _fit_dielectric(
     }
     kind = min(tried, key=lambda k: tried[k].criterion)
     best = tried[kind]
-    near = [k for k in tried if k != kind and tried[k].criterion - best.criterion < 10.0]
+    near = [k for k in tried if k != kind and tried[k].criterion - best.criterion < _HARDLY_DIFFERENT]
     if near:
         notes.append(f"f may as well be {' or '.join(near)}: the residuals hardly differ.")
     solution, variance, freedom = best.fit, best.variance, float(best.degrees_of_freedom)
