@@ -1,6 +1,7 @@
 # mypy: disable-error-code="valid-type"
 """What the add-on keeps on scenes, lights and worlds, and how it becomes spectra and settings of the core."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +11,11 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty,
 
 from . import compat
 from ._core import core
+from .callbacks import search_callback, update_callback
 from .spectrum_sources import (
     illuminant_by_name,
     radiator,
     radiator_items,
-    search_illuminants,
     uplifted,
     working_to_rec709,
 )
@@ -32,6 +33,11 @@ __all__ = [
     "unregister",
     "world_illuminant",
 ]
+
+# Blender 4.2 as a Python module keeps the callbacks of properties past the end of the interpreter, and crashes at exit
+# when they still reach bpy through the globals of their module. A module that is reached from its own globals is
+# cleared before that.
+_THIS_MODULE = sys.modules[__name__]
 
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
 
@@ -120,20 +126,20 @@ class _Illuminant:
         description="Where the spectrum of the light comes from",
         items=source_items,
         default="COLOR",
-        update=_light_changed,
+        update=update_callback(_light_changed),
     )
     illuminant: StringProperty(
         name="Lamp",
         description="Name of the lamp in the library: A, D50, D65, FL2, HP1, LED-B3, projector-halogen and others",
         default="D65",
-        search=search_illuminants,
-        update=_light_changed,
+        search=search_callback(search_illuminants),
+        update=update_callback(_light_changed),
     )
     radiator: EnumProperty(
         name="Radiator",
         description="Which family of lights the temperature selects from",
         items=radiator_items,
-        update=_light_changed,
+        update=update_callback(_light_changed),
     )
     temperature: FloatProperty(
         name="Temperature",
@@ -144,13 +150,13 @@ class _Illuminant:
         max=25000.0,
         step=10000,
         precision=0,
-        update=_light_changed,
+        update=update_callback(_light_changed),
     )
     filepath: StringProperty(
         name="File",
         description="Spectrum file: wavelength in nm and power, column by column. Its samples are kept in the .blend",
         subtype="FILE_PATH",
-        update=_file_changed,
+        update=update_callback(_file_changed),
     )
 
 
@@ -244,7 +250,7 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         name="Lamp",
         description="Name of the lamp in the library whose light is to look white",
         default="D65",
-        search=search_illuminants,
+        search=search_callback(search_illuminants),
     )
     white_radiator: EnumProperty(
         name="Radiator", description="Which family of lights the temperature selects from", items=radiator_items
