@@ -16,6 +16,7 @@ from .spectrum_sources import (
     illuminant_by_name,
     radiator,
     radiator_items,
+    search_illuminants,
     uplifted,
     working_to_rec709,
 )

@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty
 
+from ..callbacks import update_callback
 from ..names import CLOTH_NODE, PLASTIC_NODE
 from .approximation import build_dielectric
 from .base import (
@@ -37,14 +38,14 @@ class _Dielectric(DichromaticNode):
         description="f(rho): how the highlight falls off with the angle rho between the mirrored light and the viewer",
         items=attenuation_items,
         default="cosine",
-        update=_changed,
+        update=update_callback(_changed),
     )
     energy_conserving: BoolProperty(
         name="Conserve Energy",
         description="Scale the interface so that no light reflects more than it brings. "
         "Off: the published model as it stands, which creates light at small n and grazing angles",
         default=False,
-        update=_changed,
+        update=update_callback(_changed),
     )
 
     def refresh(self: Any) -> None:

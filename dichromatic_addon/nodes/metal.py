@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from .._core import core
+from ..callbacks import search_callback, update_callback
 from ..names import METAL_NODE
 from ..spectrum_sources import search_metals
 from .approximation import build_metal, scene_linear_rgb
@@ -70,21 +71,21 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         name="Metal",
         description="The metal, by its measured optical constants n and k",
         default="copper",
-        search=search_metals,
-        update=_changed,
+        search=search_callback(search_metals),
+        update=update_callback(_changed),
     )
     anisotropic: BoolProperty(
         name="Anisotropic",
         description="Give the facets another roughness across the tangent (the U direction of the UVs) than along it",
         default=False,
-        update=_changed,
+        update=update_callback(_changed),
     )
     energy_conserving: BoolProperty(
         name="Conserve Energy",
         description="Scale the facets so that no light reflects more than it brings. "
         "Off: the published model as it stands, which loses light at small beta and creates it at large",
         default=False,
-        update=_changed,
+        update=update_callback(_changed),
     )
 
     def refresh(self: Any) -> None:

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from .._core import core
+from ..callbacks import search_callback, update_callback
 from ..names import SPECTRUM_NODE
 from ..spectrum_sources import radiator_items, search_spectra
 from ..spectrum_store import load_file
@@ -79,26 +80,26 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         description="Where the spectrum comes from",
         items=source_items,
         default="LIBRARY",
-        update=_changed,
+        update=update_callback(_changed),
     )
     library_name: StringProperty(
         name="Name",
         description="Name of the spectrum in the library: paints, plastics, cloth, ColorChecker patches, or a lamp",
         default="white 9.5",
-        search=search_spectra,
-        update=_changed,
+        search=search_callback(search_spectra),
+        update=update_callback(_changed),
     )
     filepath: StringProperty(
         name="File",
         description="Spectrum file: wavelength in nm and value, column by column. Its samples are kept in the .blend",
         subtype="FILE_PATH",
-        update=_file_changed,
+        update=update_callback(_file_changed),
     )
     radiator: EnumProperty(
         name="Radiator",
         description="Which family of lights the temperature selects from",
         items=radiator_items,
-        update=_changed,
+        update=update_callback(_changed),
     )
     temperature: FloatProperty(
         name="Temperature",
@@ -108,7 +109,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         max=25000.0,
         step=10000,
         precision=0,
-        update=_changed,
+        update=update_callback(_changed),
     )
     centre_nm: FloatProperty(
         name="Centre (nm)",
@@ -118,7 +119,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         max=830.0,
         step=500,
         precision=1,
-        update=_changed,
+        update=update_callback(_changed),
     )
     width_nm: FloatProperty(
         name="Width (nm)",
@@ -128,7 +129,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         max=1000.0,
         step=500,
         precision=1,
-        update=_changed,
+        update=update_callback(_changed),
     )
     peak: FloatProperty(
         name="Peak",
@@ -136,7 +137,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         default=0.8,
         min=0.0,
         soft_max=1.0,
-        update=_changed,
+        update=update_callback(_changed),
     )
     base: FloatProperty(
         name="Base",
@@ -144,7 +145,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         default=0.05,
         min=0.0,
         soft_max=1.0,
-        update=_changed,
+        update=update_callback(_changed),
     )
     value: FloatProperty(
         name="Value",
@@ -152,7 +153,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         default=0.5,
         min=0.0,
         soft_max=1.0,
-        update=_changed,
+        update=update_callback(_changed),
     )
 
     def refresh(self: Any) -> None:
