@@ -1,7 +1,6 @@
 # mypy: disable-error-code="valid-type"
 """What the add-on keeps on scenes, lights and worlds, and how it becomes spectra and settings of the core."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -34,11 +33,6 @@ __all__ = [
     "unregister",
     "world_illuminant",
 ]
-
-# Blender 4.2 as a Python module keeps the callbacks of properties past the end of the interpreter, and crashes at exit
-# when they still reach bpy through the globals of their module. A module that is reached from its own globals is
-# cleared before that.
-_THIS_MODULE = sys.modules[__name__]
 
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
 
