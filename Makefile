@@ -16,7 +16,7 @@ BIN := $(VENV)/bin
 SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup render test test-slow test-matrix package lint format figures bench clean
+.PHONY: help setup render test test-slow test-matrix package lint format figures stability bench clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -55,6 +55,14 @@ format:  ## let ruff format and mend what it can
 	@$(SETUP) lint
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+figures:  ## docs/figures: the counterparts of the paper's figures
+	@$(SETUP) figures
+	$(BIN)/python tools/make_figures.py
+
+stability:  ## docs/stability.md: the worst errors of the reflection laws
+	@$(SETUP)
+	$(BIN)/python -m tools.stability_table
 
 clean:  ## remove the environments and everything that was made
 	rm -rf .venv .venv-* build dist renders artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
