@@ -25,11 +25,10 @@ NOT_SHARED_PREFIXES = (  # features that our engine does not render
     "DATA_PT_volume",
     "EEVEE_MATERIAL_PT_viewport_settings",
     "MATERIAL_PT_freestyle",
-    "MATERIAL_PT_lineart",
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",
-    "RENDER_PT_simplify_greasepencil",
+    "RENDER_PT_simplify",  # ours has the same, below the panels that matter more
     "VIEWLAYER_PT_freestyle",
 )
 NOT_SHARED = {"DATA_PT_light", "NODE_DATA_PT_light"}  # our light panel has the type of the light itself
@@ -117,7 +116,7 @@ def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
             continue
         if not socket.is_linked:
             row = layout.row(align=True)
-            row.prop(socket, "default_value", text=socket.name)
+            row.prop(socket, "default_value", text=socket.name.removesuffix(" Reflectance"))
             if socket.type == "RGBA":
                 row.operator("dichromatic.link_spectrum", text="", icon="ADD").input_name = socket.name
             continue
@@ -218,7 +217,6 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Sampling"
     bl_context = "render"
-    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -233,7 +231,6 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Spectral"
     bl_context = "render"
-    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -246,7 +243,6 @@ class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Mirrored Light"
     bl_context = "render"
-    bl_order = -1
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
@@ -262,7 +258,6 @@ class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
     bl_label = "White Adaptation"
     bl_context = "render"
-    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -283,7 +278,6 @@ class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
 class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
     bl_label = "Film and Output"
     bl_context = "render"
-    bl_order = -1
 
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
@@ -296,6 +290,22 @@ class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
             text = "This view restyles colors; Standard shows them as computed"
             draw_wrapped(layout, text, "INFO", panel_line(context))
         layout.operator("dichromatic.render_image", icon="IMAGE_DATA")
+
+
+class DICHROMATIC_PT_simplify(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Simplify"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: Any) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, "simplify_subdivision_render", text="Max Subdivision")
+        layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
 class DICHROMATIC_PT_passes(_DichromaticPanel, bpy.types.Panel):
@@ -317,6 +327,7 @@ CLASSES = (
     DICHROMATIC_PT_mirrors,
     DICHROMATIC_PT_adaptation,
     DICHROMATIC_PT_output,
+    DICHROMATIC_PT_simplify,
     DICHROMATIC_PT_passes,
 )
 

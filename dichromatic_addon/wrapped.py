@@ -8,8 +8,8 @@ from typing import Any
 __all__ = ["NODE_LINE", "draw_wrapped", "panel_line"]
 
 NODE_LINE = 30  # characters that fit into a node of the width that ours start with
-PIXELS_PER_CHARACTER = 7.0  # of Blender's interface font at a scale of 1, rounded up
-PIXELS_FOR_ICON = 80  # icon, margins and tabs
+PIXELS_PER_CHARACTER = 6.5  # of Blender's interface font at a scale of 1, rounded up
+PIXELS_FOR_ICON = 70  # icon, margins and tabs
 
 
 def panel_line(context: Any) -> int:
