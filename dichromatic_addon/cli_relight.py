@@ -12,6 +12,7 @@ import numpy as np
 
 from . import cli_spectra
 from ._core import core
+from .cli_scene import DISPLAY_HELP, display_of
 
 __all__ = ["add_arguments", "run"]
 
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="new body, interface or normal reflectance of a material: a name of the library, a metal, or a file",
     )
     parser.add_argument("--observer", choices=core.OBSERVERS, help="observer (default: the render's)")
-    parser.add_argument("--display", choices=core.DISPLAYS, help="display that a PNG is for (default: the render's)")
+    parser.add_argument("--display", metavar="NAME", help=f"{DISPLAY_HELP} (default: the render's)")
     parser.add_argument("--gamut", choices=core.GAMUT_METHODS, help="colours out of gamut (default: the render's)")
     parser.add_argument("--exposure", type=float, metavar="STOPS", help="brightness of a PNG (default: the render's)")
     parser.add_argument("--adaptation", choices=core.ADAPTATIONS, help="chromatic adaptation (default: the render's)")
@@ -89,7 +90,7 @@ def _developed(development: core.Development, arguments: argparse.Namespace) -> 
         if getattr(arguments, name) is not None
     }
     if arguments.display:
-        changes["shown"] = core.display(arguments.display)
+        changes["shown"] = display_of(arguments.display)
     if arguments.white:
         changes["adopted_white"] = cli_spectra.lamp(arguments.white)
     return replace(development, **changes)

@@ -17,10 +17,12 @@ import numpy as np
 
 from ._core import core
 from .cli_scene import (
+    DISPLAY_HELP,
     add_scene_arguments,
     adjustment,
     blender_module,
     development_of,
+    display_of,
     open_scene,
     view_layer_name,
 )
@@ -38,9 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--film", type=Path, metavar="RENDER.npz", help="keep the render too, for relight, lamps, metamerism and probe"
     )
-    parser.add_argument(
-        "--display", choices=core.DISPLAYS, default="srgb", help="display that a PNG is for (default: srgb)"
-    )
+    parser.add_argument("--display", default="srgb", metavar="NAME", help=f"{DISPLAY_HELP} (default: srgb)")
     parser.add_argument(
         "--gamut",
         choices=core.GAMUT_METHODS,
@@ -56,6 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     for target in (arguments.output, arguments.film):
         if target is not None and not target.parent.is_dir():
             raise core.DichromaticError(f"the folder {target.parent} of the output does not exist")
+    display_of(arguments.display)  # a name that is wrong should be said before the render
     bpy = blender_module(arguments)
     from . import operators  # only now: it needs Blender
 
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             bar.close()
         notes = _write(arguments, finished, 2.0**scene.view_settings.exposure)
         if arguments.film is not None:
-            made = replace(development_of(scene), shown=core.display(arguments.display), gamut=arguments.gamut)
+            made = replace(development_of(scene), shown=display_of(arguments.display), gamut=arguments.gamut)
             core.save_render(arguments.film, finished.render, made)
         if not arguments.quiet:
             print(finished.render.statistics.describe())
@@ -100,7 +101,7 @@ def _write(arguments: argparse.Namespace, finished: Any, exposure: float) -> lis
         shown, notes = core.display("srgb"), []
         pixels = shown.linear(xyz)  # linear Rec.709, as EXR readers assume
     else:
-        shown = core.display(arguments.display)
+        shown = display_of(arguments.display)
         mapping = core.fit_to_gamut(shown.linear(xyz * exposure), shown, arguments.gamut)
         pixels, notes = shown.encode(mapping.linear_rgb), [mapping.describe()]
     if exported.is_transparent:

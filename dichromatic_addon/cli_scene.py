@@ -13,14 +13,18 @@ from typing import Any
 from ._core import core
 
 __all__ = [
+    "DISPLAY_HELP",
     "add_scene_arguments",
     "adjustment",
     "blender_module",
     "development_of",
+    "display_of",
     "open_scene",
     "opened_scene",
     "view_layer_name",
 ]
+
+DISPLAY_HELP = f"display that a PNG is for: {', '.join(core.DISPLAYS)}, or the CSV file of a measured monitor"
 
 
 def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +34,17 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=_size, metavar="WxH", help="size in pixels (default: the file's)")
     parser.add_argument("--samples", type=_positive, metavar="N", help="rays a pixel (default: the file's)")
     parser.add_argument("--layer", metavar="NAME", help="view layer (default: the first that is used for rendering)")
+
+
+def display_of(text: str) -> core.Display:
+    """Return the display that a word of the command line means: a standard one, or a measured monitor's file."""
+    if text in core.DISPLAYS:
+        return core.display(text)
+    if not Path(text).is_file():
+        raise core.InvalidParameterError(
+            f"display must be one of {', '.join(core.DISPLAYS)} or the CSV file of a measured monitor, but is {text!r}"
+        )
+    return core.read_display(text)
 
 
 def development_of(scene: Any) -> core.Development:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .atomic_files import replacing
 from .development import Development
-from .display import display
+from .display import Display
 from .errors import DichromaticError, InvalidParameterError
 from .film import Film, FilmBlock
 from .renderer import Render
@@ -38,7 +38,7 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
     render : Render
         What to keep.
     development : Development, optional
-        How its picture is made; the display must be one of ``display.DISPLAYS``.
+        How its picture is made.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
             for s in render.spectra.slots
         ],
         "development": {
-            "display": development.shown.name,
+            "display": _store_display(development.shown, arrays),
             "adopted_white": store.add(development.adopted_white),
             "adaptation": development.adaptation,
             "exposure": development.exposure,
@@ -97,6 +97,13 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
     with replacing(target) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def _store_display(shown: Display, arrays: dict[str, NDArray[Any]]) -> dict[str, str]:
+    arrays["display_matrix"] = shown.to_tristimulus
+    if shown.drive_table is not None and shown.light_table is not None:
+        arrays["display_drive"], arrays["display_light"] = shown.drive_table, shown.light_table
+    return {"name": shown.name, "transfer": shown.transfer}
 
 
 class _SpectrumStore:
@@ -185,8 +192,15 @@ def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Ren
         ),
     )
     made = header["development"]
+    shown = Display(
+        made["display"]["name"],
+        arrays["display_matrix"],
+        made["display"]["transfer"],
+        arrays.get("display_drive"),
+        arrays.get("display_light"),
+    )
     development = Development(
-        display(made["display"]), spectrum(made["adopted_white"]), made["adaptation"], made["exposure"], made["gamut"]
+        shown, spectrum(made["adopted_white"]), made["adaptation"], made["exposure"], made["gamut"]
     )
     statistics = RenderStatistics(**header["statistics"])
     return Render(film, spectra, header["observer"], header["grid"], arrays["depth"], statistics), development

@@ -8,6 +8,7 @@ import pytest
 
 from spectral_core.colorimetry import observer
 from spectral_core.development import Development
+from spectral_core.display import Display, display
 from spectral_core.errors import DichromaticError, InvalidParameterError, MemoryLimitError
 from spectral_core.library import illuminant
 from spectral_core.lights import SunLight
@@ -43,6 +44,18 @@ def test_a_kept_render_opens_as_it_was(finished, tmp_path):
     relit = relit_by(opened, illuminant("FL11"), ["key"]).tristimulus()
     assert np.array_equal(relit, relit_by(finished, illuminant("FL11"), ["key"]).tristimulus())
     assert [p.name for p in tmp_path.iterdir()] == ["render.npz"]
+
+
+def test_a_measured_monitor_is_kept_with_the_render(finished, tmp_path):
+    drive = np.linspace(0.0, 1.0, 5)
+    light = np.stack([drive**1.8, drive**2.0, drive**2.4], axis=1)
+    monitor = Display("lab CRT", display("srgb").to_tristimulus, "table", drive, light)
+    path = tmp_path / "render.npz"
+    save_render(path, finished, Development(monitor))
+    opened, development = open_render(path)
+    expected, _ = Development(monitor).picture(finished.tristimulus(), finished.observer)
+    assert np.array_equal(development.picture(opened.tristimulus(), opened.observer)[0], expected)
+    assert development.shown.name == "lab CRT"
 
 
 def test_a_file_that_is_no_render_is_named(finished, tmp_path):
