@@ -486,7 +486,7 @@ def run(case: Case, dtype: type, draws: int, seed: int = 1996) -> Worst:
 
 HEADER = """# Numerical stability of the reflection laws
 
-Made by `python -m tools.stability_table`; do not edit. Each row compares a function with the law as printed in the
+Made by `make stability`; do not edit. Each row compares a function with the law as printed in the
 paper or the textbook, evaluated in extended precision on the same (rounded) input, over at least {draws:,} random
 combinations that include the ends of the range. "bound" is what the tests hold, "worst" what was found. All values
 were finite and, where the quantity cannot be negative, not negative.

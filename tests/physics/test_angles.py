@@ -1,4 +1,4 @@
-"""Angles between vectors keep their digits at both ends (numerics: 2 atan2 of chord and sum)."""
+"""Angles between vectors keep their digits at both ends: 2 atan2 of chord and sum."""
 
 import mpmath as mp
 import numpy as np

@@ -55,7 +55,7 @@ def test_material_against_mpmath(kind, n, dtype):
 
 
 def test_power_of_a_rounded_cosine_would_fail_where_this_does_not():
-    """numerics 4: at n = 1e8 pow(R.V, n) in float32 has lost all, the form used holds 4e-8."""
+    """At n = 1e8 pow(R.V, n) in float32 has lost all, the form used holds 4e-8."""
     r = np.array([0, 0, 1], np.float32)
     v = np.array([1e-4, 0, 1], np.float32)
     assert float(np.clip(r @ v, 0, 1)) ** 1e8 == 1.0

@@ -1,7 +1,7 @@
 """Fig. 9: the colour of copper against incidence, Fresnel against Eq. 13, Hall, Cook-Torrance and Schlick.
 
 Colour by colour-science under D65 (for sunlight), CIE 1931; optical constants not from the product, which supplies only
-the reflectances. The expected figures are the specification of the experiment (numerics, section 6).
+the reflectances. The expected figures were measured with other code before this was written.
 """
 
 import numpy as np
@@ -139,7 +139,7 @@ def test_cook_torrance_is_far_off_above_70_degrees(loci):
     ],
 )
 def test_comparison_of_methods(loci, delta_e, method, figures):
-    """The table of numerics 6: mean and largest xy distance and Delta E 2000 over three ranges of incidence."""
+    """Against an earlier measurement of the same experiment: mean and largest xy distance and Delta E 2000 over three ranges of incidence."""
     for (low, high), expected in zip(((0, 90), (70, 90), (80, 90)), figures, strict=True):
         apart = distances(loci, method, low, high)
         part = slice(low, high + 1)

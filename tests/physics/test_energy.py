@@ -69,7 +69,7 @@ def printed_lobe(kind, n, rho):
 
 @pytest.mark.parametrize("n", [0.0, 0.5, 1.0, 5.0, 11.0, 100.0, 1e4, 1e8])
 def test_furnace_seen_along_the_normal(n):
-    """numerics 5: cos^n viewed along the normal shows 2/(n + 1)."""
+    """The lobe cos^n viewed along the normal shows 2/(n + 1)."""
     answer = furnace_response(TypeI(BLACK, 1.0, "cosine", n), 0.0)
     assert answer.values[0, 0] == pytest.approx(2 / (n + 1), rel=HEMISPHERE_QUADRATURE)
 
@@ -108,7 +108,7 @@ def test_lambert_reflects_its_reflectance():
 
 @pytest.mark.parametrize(("n", "degrees"), [(1, 70.3), (5, 86.7), (10, 88.7)])
 def test_angle_beyond_which_a_light_is_amplified(n, degrees):
-    """numerics 5: Eq. 8 has no N.L on the interface term, so the albedo passes 1 beyond these incidences."""
+    """Eq. 8 has no N.L on the interface term, so the albedo passes 1 beyond these incidences."""
     gloss = TypeI(BLACK, 1.0, "cosine", float(n))
     angle = crossing(lambda a: directional_albedo(gloss, a).values[0, 0], 0.5, 1.5707)
     if n == 1:  # at n = 1 the albedo at normal incidence is 2/3 and rises
@@ -122,7 +122,7 @@ def test_angle_beyond_which_a_light_is_amplified(n, degrees):
 
 @pytest.mark.parametrize(("degrees", "largest"), [(10, 0.17), (30, 1.22), (60, 2.66)])
 def test_largest_albedo_of_rough_metal(degrees, largest):
-    """numerics 5, towards grazing incidence; docs/energy.md shows it to be the reciprocal of the normalisation."""
+    """Towards grazing incidence; docs/energy.md shows it to be the reciprocal of the normalisation."""
     closed = 1 / facet_normalisation(np.radians(degrees))
     assert closed == pytest.approx(largest, abs=PUBLISHED_ALBEDO)
     angles = np.radians([0, 50, 80, 89, 89.99])
@@ -132,7 +132,7 @@ def test_largest_albedo_of_rough_metal(degrees, largest):
 
 
 def test_furnace_crossing_of_rough_metal():
-    """numerics 5: D G / (N.V) creates light for beta above 26.4 deg, which is where a light at 89.5 deg is amplified.
+    """D G / (N.V) creates light for beta above 26.4 deg, which is where a light at 89.5 deg is amplified.
 
     In the limit of grazing incidence the crossing is where 8 * integral of D cos sin is 1, 26.348 deg.
     """

@@ -47,7 +47,7 @@ def test_weight_is_one_at_normal_and_proportional_to_the_cosine_at_grazing_incid
 
 
 def test_aluminium_reflects_less_at_80_degrees_and_the_weight_is_not_clamped():
-    """numerics 4: aluminium's constant part has the weight -0.654 at 80 deg (n = 0.96, k = 6.7 at 580 nm)."""
+    """Aluminium's constant part has a weight of about -0.65 at 80 deg (n = 0.96, k = 6.7 at 580 nm)."""
     n, k = np.full(61, 0.96), np.full(61, 6.7)
     c = np.cos(np.radians(80))
     truth = 1 - (1 - exact_mean(c, n, k)) / (1 - exact_mean(1.0, n, k))

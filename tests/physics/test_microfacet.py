@@ -63,7 +63,7 @@ def test_attenuation_against_equation_12(light, viewer, turn):
 
 @pytest.mark.parametrize(("elevation", "supremum"), [(90, 2.0), (45, 4.828), (10, 22.86), (1, 229.2)])
 def test_largest_attenuation_over_cosine(elevation, supremum):
-    """numerics 4: the supremum over V for a light at elevation b is 2 (1 + cos b) / sin b, reached at the horizon."""
+    """The supremum over V for a light at elevation b is 2 (1 + cos b) / sin b, reached at the horizon."""
     b = np.radians(elevation)
     closed = 2 * (1 + np.cos(b)) / np.sin(b)
     assert closed == pytest.approx(supremum, rel=3e-4)  # the figures are given to four digits
@@ -81,7 +81,7 @@ def test_largest_attenuation_over_cosine(elevation, supremum):
 
 
 def test_plain_quotient_would_fail_where_this_does_not():
-    """numerics 4: G/(N.V) as a quotient is 0/0 for a viewer at the horizon."""
+    """G/(N.V) as a quotient is 0/0 for a viewer at the horizon."""
     assert attenuation_over_cosine(0.5, 0.0, 1.0) == 4 * (0.5 + 0.0) / 1.0  # Eq. 12, second case, over N.V
     assert geometrical_attenuation(0.5, 0.0, 1.0) == 0.0
     assert attenuation_over_cosine(0.0, 0.0, 0.0) == 0.0
