@@ -139,7 +139,7 @@ def test_cook_torrance_is_far_off_above_70_degrees(loci):
     ],
 )
 def test_comparison_of_methods(loci, delta_e, method, figures):
-    """Against an earlier measurement of the same experiment: mean and largest xy distance and Delta E 2000 over three ranges of incidence."""
+    """Against an earlier measurement: mean and largest xy distance and Delta E 2000 over three ranges of incidence."""
     for (low, high), expected in zip(((0, 90), (70, 90), (80, 90)), figures, strict=True):
         apart = distances(loci, method, low, high)
         part = slice(low, high + 1)
