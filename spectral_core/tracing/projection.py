@@ -22,6 +22,10 @@ _GUARD = 0.5
 """Screen coordinates may leave the screen by this many of its sizes: float32 has no digits to spare for more."""
 
 
+_CUT = np.uint8(64)
+"""Outcode of a vertex before the near plane or beyond the guard band."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ScreenTriangles:
     """Triangles as a screen sees them.
@@ -199,8 +203,11 @@ class Projection:
             moved[:2] += np.array(self.shift) * moved[2]
         else:
             moved[:2] += self.shift
-        hx, hy, depth = (points.astype(np.float64) @ matrix.T + moved).T
-        return np.ascontiguousarray(hx), np.ascontiguousarray(hy), np.ascontiguousarray(depth)
+        hx, hy, depth = matrix @ points.T.astype(np.float64)
+        hx += moved[0]
+        hy += moved[1]
+        depth += moved[2]
+        return hx, hy, depth
 
     def project(self, geometry: Geometry, chosen: Integers | None = None) -> ScreenTriangles:
         """Bring triangles to the screen, without those that lie wholly outside it.
@@ -230,17 +237,19 @@ class Projection:
         Outcodes: Newman and Sproull, Principles of Interactive Computer Graphics (1979).
         """
         hx, hy, depth = self.eye_space(geometry.vertices)
-        outside, beyond = self._outcodes(hx, hy, depth)
+        code = self._outcodes(hx, hy, depth)
         dtype = geometry.dtype
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             x, y = (hx / depth, hy / depth) if self.perspective else (hx, hy)
             x, y, nearness = x.astype(dtype), y.astype(dtype), self.nearness(depth).astype(dtype)
         corners = geometry.triangles if chosen is None else np.take(geometry.triangles, chosen, axis=0)
-        a, b, c = np.take(outside, corners[:, 0]), np.take(outside, corners[:, 1]), np.take(outside, corners[:, 2])
-        seen = (a & b & c) == 0
-        cut = np.take(beyond, corners[:, 0]) | np.take(beyond, corners[:, 1]) | np.take(beyond, corners[:, 2])
-        whole, torn = np.flatnonzero(seen & ~cut), np.flatnonzero(seen & cut)
         number = np.arange(len(corners)) if chosen is None else chosen
+        if not code.any():
+            return ScreenTriangles(x, y, nearness, corners, number)
+        a, b, c = (np.take(code, corners[:, k]) for k in range(3))
+        seen = (a & b & c & ~_CUT) == 0
+        cut = ((a | b | c) & _CUT) != 0
+        whole, torn = np.flatnonzero(seen & ~cut), np.flatnonzero(seen & cut)
         result = np.take(corners, whole, axis=0) if len(whole) < len(corners) else corners
         triangle = np.take(number, whole)
         if len(torn):
@@ -255,8 +264,8 @@ class Projection:
             result, triangle = np.concatenate([result, added]), np.concatenate([triangle, number[torn[source]]])
         return ScreenTriangles(x, y, nearness, result, triangle)
 
-    def _outcodes(self, hx: Floats, hy: Floats, depth: Floats) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-        """Bits for the sides of the seen volume a vertex lies beyond, and whether its triangles must be cut."""
+    def _outcodes(self, hx: Floats, hy: Floats, depth: Floats) -> NDArray[np.uint8]:
+        """Bits for the sides of the seen volume that a vertex lies beyond, and one if its triangles must be cut."""
         width, height = self.size
         w = depth if self.perspective else 1.0
         code = np.zeros(len(depth), np.uint8)
@@ -265,8 +274,9 @@ class Projection:
         for bit, side in enumerate(sides):
             code |= side.astype(np.uint8) << np.uint8(bit)
         (low_x, high_x), (low_y, high_y) = self._guard_band()
-        beyond = (depth < self.near) | (hx < low_x * w) | (hx > high_x * w) | (hy < low_y * w) | (hy > high_y * w)
-        return code, beyond
+        cut = (depth < self.near) | (hx < low_x * w) | (hx > high_x * w) | (hy < low_y * w) | (hy > high_y * w)
+        code |= np.where(cut, _CUT, np.uint8(0))
+        return code
 
     def _guard_band(self) -> tuple[tuple[float, float], tuple[float, float]]:
         width, height = self.size

@@ -16,6 +16,9 @@ Integers = NDArray[np.int64]
 _BLOCK_BITS = 3
 """Cells are grouped in blocks of 2**3 by 2**3 for culling."""
 
+_LARGEST_COORDINATE = 2048.0
+"""Screen coordinates stay below this; the last bit of one is the most that a position in cells can be off."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampleGrid:
@@ -32,7 +35,9 @@ class SampleGrid:
         Cells per screen unit.
     columns, rows : int
         Number of cells.
-    start : (rows * columns + 1,) ndarray of int64
+    pad : float
+        How many cells off a position may be by rounding.
+    start : (rows * columns + 1,) ndarray of int
         First sample of each cell.
     x, y : (N,) ndarray
         Positions in cells, from the grid's corner.
@@ -53,7 +58,8 @@ class SampleGrid:
     scale: float
     columns: int
     rows: int
-    start: Integers
+    pad: float
+    start: NDArray[np.signedinteger[Any]]
     x: Array
     y: Array
     nearness: Array
@@ -90,23 +96,50 @@ class SampleGrid:
         extent = max(float(x.max() - origin[0]), float(y.max() - origin[1]))
         scale = dtype.type(0.9999 * cells / extent if extent > 0.0 else 1.0)
         x, y = (x - origin[0]) * scale, (y - origin[1]) * scale
-        columns, rows = int(x.max()) + 1, int(y.max()) + 1
+        # Whole blocks in every row: the cells of a block's row are neighbours.
+        columns, rows = ((int(side.max()) >> _BLOCK_BITS) + 1 << _BLOCK_BITS for side in (x, y))
         cell = y.astype(np.int64)
         cell *= columns
         cell += x.astype(np.int64)
-        start = np.zeros(columns * rows + 1, np.int64)
+        start: NDArray[np.signedinteger[Any]]
+        start = np.zeros(columns * rows + 1, np.int32) if len(x) < 2**31 else np.zeros(columns * rows + 1, np.int64)
         np.cumsum(np.bincount(cell, minlength=columns * rows), out=start[1:])
         bits = len(x).bit_length()
         cell <<= bits
         cell |= np.arange(len(x))
         cell.sort()
         order = cell & ((1 << bits) - 1)
-        cell >>= bits
         x, y, nearness = np.take(x, order), np.take(y, order), np.take(nearness, order)
+        cell >>= bits + _BLOCK_BITS
         farthest = _farthest(cell, nearness, columns, rows)
-        return cls(
-            (float(origin[0]), float(origin[1])), float(scale), columns, rows, start, x, y, nearness, order, farthest
-        )
+        pad = 0.01 + 8.0 * float(np.finfo(dtype).eps * scale) * _LARGEST_COORDINATE
+        corner = float(origin[0]), float(origin[1])
+        return cls(corner, float(scale), columns, rows, pad, start, x, y, nearness, order, farthest)
+
+    def cells(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Bring screen positions to the grid, rounded as its samples were.
+
+        Parameters
+        ----------
+        x, y : (V,) ndarray
+            Screen positions.
+
+        Returns
+        -------
+        x, y : (V,) ndarray
+            In cells.
+
+        Raises
+        ------
+        ValueError
+            By numpy, if the shapes differ.
+
+        References
+        ----------
+        Own design.
+        """
+        scale = x.dtype.type(self.scale)
+        return (x - x.dtype.type(self.origin[0])) * scale, (y - y.dtype.type(self.origin[1])) * scale
 
     def may_hide(self, left: Array, top: Array, right: Array, bottom: Array, nearest: Array) -> NDArray[np.bool_]:
         """Tell which boxes may hide a sample: those before the farthest sample around their corner.
@@ -132,24 +165,22 @@ class SampleGrid:
         ----------
         Own design.
         """
-        within = (right >= 0.0) & (bottom >= 0.0) & (left < self.columns) & (top < self.rows)
-        column = np.clip(left, 0.0, self.columns - 1.0).astype(np.int64)
-        row = np.clip(top, 0.0, self.rows - 1.0).astype(np.int64)
+        pad = self.pad
+        within = (right >= -pad) & (bottom >= -pad) & (left < self.columns + pad) & (top < self.rows + pad)
+        column = np.clip(left - pad, 0.0, self.columns - 1.0).astype(np.int64)
+        row = np.clip(top - pad, 0.0, self.rows - 1.0).astype(np.int64)
         block = (row >> _BLOCK_BITS) * self.farthest.shape[1] + (column >> _BLOCK_BITS)
-        edge = float(1 << _BLOCK_BITS)
+        edge = float(1 << _BLOCK_BITS) - 2.0 * pad
         large = (right - left >= edge) | (bottom - top >= edge)
         return within & (large | (nearest > np.take(self.farthest.ravel(), block)))
 
 
-def _farthest(cell: Integers, nearness: Array, columns: int, rows: int) -> Array:
-    """Least nearness per block of cells, spread to the blocks on the left and above."""
-    starts = np.flatnonzero(np.diff(cell, prepend=-1))
-    shape = ((rows - 1 >> _BLOCK_BITS) + 1, (columns - 1 >> _BLOCK_BITS) + 1)
-    padded = np.full((shape[0] << _BLOCK_BITS, shape[1] << _BLOCK_BITS), np.inf, nearness.dtype)
-    used = cell[starts]
-    padded[used // columns, used % columns] = np.minimum.reduceat(nearness, starts)
-    edge = 1 << _BLOCK_BITS
-    blocks = padded.reshape(shape[0], edge, shape[1], edge).min(axis=3).min(axis=1)
+def _farthest(segment: Integers, nearness: Array, columns: int, rows: int) -> Array:
+    """Least nearness per block of cells, spread to the blocks on the left and above; samples are given by block row."""
+    starts = np.flatnonzero(np.diff(segment, prepend=-1))
+    segments = np.full(rows * columns >> _BLOCK_BITS, np.inf, nearness.dtype)
+    segments[segment[starts]] = np.minimum.reduceat(nearness, starts)
+    blocks = segments.reshape(rows >> _BLOCK_BITS, 1 << _BLOCK_BITS, columns >> _BLOCK_BITS).min(axis=1)
     blocks[:, :-1] = np.minimum(blocks[:, :-1], blocks[:, 1:])
     blocks[:-1] = np.minimum(blocks[:-1], blocks[1:])
     return blocks

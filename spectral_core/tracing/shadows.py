@@ -32,20 +32,21 @@ _PAIRS = 32768
 _SCREEN = 1024.0
 """Width of a light's screen in its own units."""
 
-_OUTSIDE = 1.5
-"""From how many scene radii on a light has a single screen: the scene then fills an angle below 84 degrees."""
+_WIDEST = 3.0
+"""Tangent of the half angle up to which a light has a single screen."""
 
 _NEAR = 1e-5
 """Depth, in scene radii, up to which nothing counts: closer to the light there is no telling what hides what."""
 
-_PAD = 0.01
-"""Cells by which spans are widened: crossings are rounded."""
+_NARROW = 3.0
+"""Width in cells up to which a triangle is taken for its bounding box until its edges are tested."""
 
 
 class LightView:
     """A light's view of a scene, ready to tell which points are hidden from it.
 
-    Make it once for a light and ask it for any number of points: what it knows about the triangles is kept.
+    The points lie on the scene's surfaces. Make it once for a light and ask it for any number of points: what it knows
+    about the triangles is kept.
 
     Parameters
     ----------
@@ -191,20 +192,40 @@ def occluded_from_direction(
 
 
 def _projections(geometry: Geometry, position: Array | None, to_light: ArrayLike | None) -> list[Projection]:
-    """One screen that holds the scene, or six around a light within it."""
+    """One screen that holds the scene, or six around a light amid it."""
     radius = max(geometry.radius, 1e-300)
     half = 0.5 * _SCREEN
     if position is None:
         axis = -np.asarray(to_light, np.float64)
         axis = axis / np.linalg.norm(axis)
         return [_looking(np.zeros(3), axis, False, half / (1.01 * radius), -2.0 * radius, 2.0 * radius, 0.0)]
-    distance = float(np.linalg.norm(position))
-    near, far = _NEAR * radius, distance + 2.0 * radius
-    if distance > _OUTSIDE * radius:
-        tangent = 1.01 * radius / np.sqrt(distance**2 - radius**2)
-        return [_looking(position, -position / distance, True, half / tangent, near, far, distance)]
+    near, far = _NEAR * radius, float(np.linalg.norm(position)) + 2.0 * radius
+    axis, tangent = _cone(geometry, position)
+    tangent = max(tangent, 1e-6)  # an empty scene
+    if tangent < _WIDEST:
+        reference = float(-position @ axis)
+        return [_looking(position, axis, True, half / tangent, near, far, reference if reference > near else np.inf)]
     axes = [sign * row for row in np.eye(3) for sign in (1.0, -1.0)]
     return [_looking(position, axis, True, half, near, far, np.inf) for axis in axes]
+
+
+def _cone(geometry: Geometry, apex: Array) -> tuple[Array, float]:
+    """Axis of a cone from a point around the scene, and the tangent of its half angle (infinite from 90 degrees on)."""
+    vertices, distance = geometry.vertices, float(np.linalg.norm(apex))
+    if distance > 1.5 * geometry.radius:
+        return -apex / distance, 1.01 * float(geometry.radius / np.sqrt(distance**2 - geometry.radius**2))
+    low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
+    corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    away = corners - apex
+    axis = np.sum(away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300), axis=0)
+    axis /= max(float(np.linalg.norm(axis)), 1e-300)
+    away = vertices - apex
+    depth = away @ axis
+    nearest = float(depth.min())
+    if nearest <= 0.0:
+        return axis, np.inf
+    squared = np.einsum("ij,ij->i", away, away) / (depth * depth)
+    return axis, 1.01 * float(np.sqrt(max(float(squared.max()) - 1.0, 1e-12)))
 
 
 def _looking(
@@ -248,60 +269,56 @@ def _grid(projection: Projection, geometry: Geometry, points: Array) -> SampleGr
 
 def _hidden(screen: ScreenTriangles, grid: SampleGrid, own: Integers) -> NDArray[np.bool_]:
     """Points of a grid that triangles of the same screen hide, in the order the points were given."""
-    dtype = grid.x.dtype
-    scale = dtype.type(grid.scale)
-    x = (screen.x - dtype.type(grid.origin[0])) * scale
-    y = (screen.y - dtype.type(grid.origin[1])) * scale
-    own = np.take(own, grid.order)
+    x, y = grid.cells(screen.x, screen.y)
     dark = np.zeros(len(own), bool)
     for k in range(0, len(screen.corners), _TRIANGLES):
-        corners = screen.corners[k : k + _TRIANGLES]
-        triangle = screen.triangle[k : k + _TRIANGLES]
-        a, b, c = (np.ascontiguousarray(corners[:, corner]) for corner in range(3))
+        a, b, c = np.ascontiguousarray(screen.corners[k : k + _TRIANGLES].T)
         y0, y1, y2 = np.take(y, a), np.take(y, b), np.take(y, c)
-        x0, x1, x2 = np.take(x, a), np.take(x, b), np.take(x, c)
-        z0, z1, z2 = np.take(screen.nearness, a), np.take(screen.nearness, b), np.take(screen.nearness, c)
         top, bottom = np.minimum(np.minimum(y0, y1), y2), np.maximum(np.maximum(y0, y1), y2)
+        x0, x1, x2 = np.take(x, a), np.take(x, b), np.take(x, c)
         left, right = np.minimum(np.minimum(x0, x1), x2), np.maximum(np.maximum(x0, x1), x2)
+        z0, z1, z2 = np.take(screen.nearness, a), np.take(screen.nearness, b), np.take(screen.nearness, c)
         nearest = np.maximum(np.maximum(z0, z1), z2)
-        may = grid.may_hide(left - _PAD, top - _PAD, right + _PAD, bottom + _PAD, nearest)
         # Seen edge on a triangle hides nothing; its neighbours meet without it.
-        kept = np.flatnonzero(may & (bottom > top))
-        if len(kept):
-            _shade(x, y, screen.nearness, corners[kept], triangle[kept], grid, own, dark)
+        may = grid.may_hide(left, top, right, bottom, nearest) & (bottom > top)
+        wide = right - left > _NARROW
+        for some, narrow in ((np.flatnonzero(may & ~wide), True), (np.flatnonzero(may & wide), False)):
+            if len(some):
+                corners = np.take(screen.corners, k + some, axis=0)
+                spans = (
+                    _Box(*(np.take(side, some) for side in (left, right, top, bottom)))
+                    if narrow
+                    else _Outline(x, y, corners)
+                )
+                plane = _Planes(x, y, screen.nearness, corners)
+                _shade(spans, plane, np.take(screen.triangle, k + some), grid, own, dark)
     result = np.empty(len(dark), bool)
     result[grid.order] = dark
     return result
 
 
 def _shade(
-    x: Array,
-    y: Array,
-    nearness: Array,
-    corners: Integers,
+    spans: _Box | _Outline,
+    plane: _Planes,
     triangle: Integers,
     grid: SampleGrid,
     own: Integers,
     dark: NDArray[np.bool_],
 ) -> None:
     """Mark the points that some triangles hide."""
-    outline = _Outline(x, y, corners)
-    plane = _Planes(x, y, nearness, corners)
-    first = np.clip(outline.top - _PAD, 0.0, grid.rows - 1.0).astype(np.int64)
-    last = np.clip(outline.bottom + _PAD, 0.0, grid.rows - 1.0).astype(np.int64)
-    count = last - first + 1
+    first = np.clip(spans.top - grid.pad, 0.0, grid.rows - 1.0).astype(np.int64)
+    count = np.clip(spans.bottom + grid.pad, 0.0, grid.rows - 1.0).astype(np.int64) - first + 1
     for begin, stop in batches(count, _PAIRS):
-        owner, rank = expand(count[begin:stop])
+        owner, row = expand(count[begin:stop])
         owner += begin
-        row = np.take(first, owner) + rank
-        left, right = outline.extent(owner, row.astype(x.dtype))
-        low = np.maximum(left - _PAD, 0.0).astype(np.int64)
-        high = np.clip(right + _PAD, -1.0, grid.columns - 1.0)
-        high = np.floor(high).astype(np.int64)
+        row += np.take(first, owner)
+        left, right = spans.extent(owner, row)
+        # Both ends are kept one cell beyond the grid at most: empty there, the range of samples is too.
+        low = np.clip(left - grid.pad, 0.0, float(grid.columns)).astype(np.int64)
+        high = np.clip(right + (1.0 + grid.pad), 0.0, float(grid.columns)).astype(np.int64)
         row *= grid.columns
-        start = np.take(grid.start, row + np.minimum(low, grid.columns - 1))
-        length = np.take(grid.start, row + (high + 1)) - start
-        length[low > high] = 0
+        start = np.take(grid.start, row + low)
+        length = np.take(grid.start, row + high) - start
         kept = np.flatnonzero(length > 0)
         owner, start, length = np.take(owner, kept), np.take(start, kept), np.take(length, kept)
         for low_span, high_span in batches(length, _PAIRS):
@@ -314,9 +331,22 @@ def _shade(
             behind &= ~np.take(dark, point)
             near = np.flatnonzero(behind)
             of, point = np.take(of, near), np.take(point, near)
-            inside = plane.covers(of, np.take(px, near), np.take(py, near))
-            inside &= np.take(triangle, of) != np.take(own, point)
-            dark[np.take(point, np.flatnonzero(inside))] = True
+            inside = np.flatnonzero(plane.covers(of, np.take(px, near), np.take(py, near)))
+            of, point = np.take(of, inside), np.take(point, inside)
+            other = np.take(triangle, of) != np.take(own, np.take(grid.order, point))
+            dark[point[other]] = True
+
+
+class _Box:
+    """Bounding boxes for outlines: as good for triangles of a few cells, and at hand."""
+
+    def __init__(self, left: Array, right: Array, top: Array, bottom: Array) -> None:
+        self._left, self._right = left, right
+        self.top, self.bottom = top, bottom
+
+    def extent(self, owner: Integers, row: Integers) -> tuple[Array, Array]:
+        """Least and greatest x of each triangle, the same on every row."""
+        return np.take(self._left, owner), np.take(self._right, owner)
 
 
 class _Outline:
@@ -335,12 +365,13 @@ class _Outline:
         slope[np.flatnonzero(~np.isfinite(slope))] = 0.0  # horizontal edges, met at their first end only
         self._slope = slope
 
-    def extent(self, owner: Integers, row: Array) -> tuple[Array, Array]:
+    def extent(self, owner: Integers, row: Integers) -> tuple[Array, Array]:
         """Least and greatest x of each triangle between y = row and y = row + 1."""
         count = len(self.top)
         middle = np.take(self.middle, owner)
-        upper = np.maximum(row, np.take(self.top, owner))
-        lower = np.minimum(row + 1.0, np.take(self.bottom, owner))
+        height = row.astype(middle.dtype)
+        upper = np.maximum(height, np.take(self.top, owner))
+        lower = np.minimum(height + 1.0, np.take(self.bottom, owner))
         # Rounding may put a row just past the triangle: meet it at its end then.
         lower = np.maximum(lower, upper)
         ends = []

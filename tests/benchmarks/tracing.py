@@ -1,8 +1,9 @@
 """Rays a second of every kind, beside Embree's on the same rays: ``python -m tests.benchmarks.tracing``.
 
-One thread; medians of five, of processor time, which other programs disturb least. Embree (package embreex, an extra) is optional: without it the ratios are left out. Rates
-are of whole calls: for primary rays that is from a camera to triangle, barycentric coordinates and distance of every
-pixel, projection included; for shadows from a light and points to verdicts, sorting included.
+One thread; medians of five, of processor time, which other programs disturb least. Embree (package embreex, an extra)
+is optional: without it the ratios are left out. Rates are of whole calls: for primary rays that is from a camera to
+triangle, barycentric coordinates and distance of every pixel, projection included; for shadows from a light and points
+to verdicts, sorting included.
 """
 
 import os
