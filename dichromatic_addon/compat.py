@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 __all__ = [
+    "FILE_PATH_OPTIONS",
     "eevee_engine_id",
     "ensure_node_tree",
     "light_colour_factor",
@@ -21,6 +22,8 @@ __all__ = [
 ]
 
 _HAS_PERMANENT_TREES = bpy.app.version >= (5, 0, 0)  # materials and worlds always have nodes; use_nodes is deprecated
+# Options of a file property that may hold a path beside the .blend ("//name"); from 4.5 on it must say that it may.
+FILE_PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set[str]()
 _LIGHTS_HAVE_PERMANENT_TREES = bpy.app.version >= (5, 2, 0)
 
 

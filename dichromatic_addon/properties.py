@@ -151,6 +151,7 @@ class _Illuminant:
         name="File",
         description="Spectrum file: wavelength in nm and power, column by column. Its samples are kept in the .blend",
         subtype="FILE_PATH",
+        options=compat.FILE_PATH_OPTIONS,
         update=update_callback(_file_changed),
     )
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
-import sys
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -31,10 +31,10 @@ __all__ = [
     "empty_file",
     "extruded_mesh",
     "join_parts",
-    "leave",
     "new_mesh",
     "parallel",
     "rounded",
+    "rounded_box",
     "save",
     "sphere",
     "swept_tube",
@@ -170,6 +170,58 @@ def turned_body(profile: Curve, segments: int) -> Part:
             else:
                 faces.append((int(low[i]), int(low[j]), int(high[j]), int(high[i])))
     return np.concatenate(vertices), faces, np.concatenate(normals)
+
+
+def rounded_box(width: float, depth: float, height: float, radius: float, steps: int = 3) -> Part:
+    """Build a box about the origin with edges rounded to `radius` and flat faces between them."""
+    half = 0.5 * np.array([width, depth, height])
+    angles = np.linspace(0.0, 0.5 * math.pi, steps + 1)
+    # The box is a sphere of the edges' radius, cut along its three planes of symmetry and drawn apart: a grid of
+    # longitudes and latitudes, in which those at the cuts are there twice.
+    longitudes = np.concatenate([angles + quarter * 0.5 * math.pi for quarter in range(4)])
+    latitudes = np.concatenate([angles - 0.5 * math.pi, angles])
+    round_x, round_y = np.cos(longitudes), np.sin(longitudes)
+    sign_x = np.repeat([1.0, -1.0, -1.0, 1.0], steps + 1)
+    sign_y = np.repeat([1.0, 1.0, -1.0, -1.0], steps + 1)
+    sign_z = np.repeat([-1.0, 1.0], steps + 1)
+    flat = half - radius
+    normals = np.stack(
+        [
+            np.outer(np.cos(latitudes), round_x),
+            np.outer(np.cos(latitudes), round_y),
+            np.outer(np.sin(latitudes), np.ones_like(round_x)),
+        ],
+        axis=-1,
+    )
+    ones = np.ones((len(latitudes), len(longitudes)))
+    corners = np.stack([ones * sign_x * flat[0], ones * sign_y * flat[1], ones * sign_z[:, None] * flat[2]], axis=-1)
+    points = corners + radius * normals
+    count = len(longitudes)
+    faces: list[tuple[int, ...]] = []
+    for k in range(len(latitudes) - 1):
+        for i in range(count):
+            j = (i + 1) % count
+            faces.append((k * count + i, k * count + j, (k + 1) * count + j, (k + 1) * count + i))
+    return _merged(
+        points.reshape(-1, 3),
+        [*faces, tuple(range(count))[::-1], tuple((len(latitudes) - 1) * count + i for i in range(count))],
+        normals.reshape(-1, 3),
+    )
+
+
+def _merged(points: np.ndarray, faces: list[tuple[int, ...]], normals: np.ndarray) -> Part:
+    """Merge vertices of equal place and normal, and drop what collapses with them."""
+    _, first, inverse = np.unique(
+        np.round(np.hstack([points, normals]), 9), axis=0, return_index=True, return_inverse=True
+    )
+    inverse = inverse.ravel()
+    kept: list[tuple[int, ...]] = []
+    for face in faces:
+        ring = [int(inverse[index]) for index in face]
+        ring = [here for here, before in zip(ring, ring[-1:] + ring[:-1], strict=True) if here != before]
+        if len(ring) > 2:
+            kept.append(tuple(ring))
+    return points[first], kept, normals[first]
 
 
 def sphere(radius: float, segments: int, rings: int) -> Part:
@@ -383,13 +435,11 @@ def add_note(title: str, body: str) -> bpy.types.Text:
 
 
 def save(path: Path) -> None:
-    """Write the file, compressed, without a backup beside it."""
+    """Write the file, compressed, without a backup beside it.
+
+    Blender writes a file's own path into it, so it is saved elsewhere first: the folders of whoever made it stay out.
+    """
     bpy.context.preferences.filepaths.save_version = 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
-
-
-def leave() -> None:
-    """End the process at once: the Python module of Blender 4.2 crashes when it frees property callbacks at exit."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)
+    first = Path(tempfile.gettempdir(), path.name)
+    bpy.ops.wm.save_as_mainfile(filepath=str(first), compress=True, check_existing=False)
+    shutil.move(first, path)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 
-__all__ = ["cloth", "metal", "plastic", "set_constant", "set_lamp", "set_library", "use_dichromatic"]
+from dichromatic_addon import spectrum_store
+
+__all__ = ["cloth", "metal", "plastic", "set_constant", "set_file", "set_lamp", "set_library", "use_dichromatic"]
 
 SURFACE = "Surface"
 
@@ -76,6 +80,15 @@ def set_library(material: bpy.types.Material, socket: str, name: str) -> None:
 def set_constant(material: bpy.types.Material, socket: str, value: float) -> None:
     """Link the same value at every wavelength to a socket."""
     _new_spectrum(material, socket, "CONSTANT").value = value
+
+
+def set_file(material: bpy.types.Material, socket: str, path: Path) -> None:
+    """Link the samples of a spectrum file to a socket; the .blend keeps them, and the file's name as one beside it."""
+    spectrum = _new_spectrum(material, socket, "FILE")
+    spectrum.filepath = f"//{path.name}"  # which cannot be read yet: the .blend has no folder before it is saved
+    spectrum_store.load_file(spectrum, str(path))
+    spectrum[spectrum_store.PATH_KEY] = spectrum.filepath
+    spectrum.refresh()
 
 
 def set_lamp(lamp: bpy.types.Object, name: str) -> None:

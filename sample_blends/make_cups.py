@@ -29,7 +29,6 @@ from _modelling import (  # noqa: E402
     empty_file,
     extruded_mesh,
     join_parts,
-    leave,
     new_mesh,
     parallel,
     rounded,
@@ -176,4 +175,3 @@ def main(arguments: list[str]) -> None:
 
 if __name__ == "__main__":
     main(sys.argv[1:])
-    leave()

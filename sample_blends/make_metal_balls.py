@@ -24,7 +24,6 @@ from _modelling import (  # noqa: E402
     add_turned_uv,
     empty_file,
     extruded_mesh,
-    leave,
     new_mesh,
     rounded,
     save,
@@ -106,4 +105,3 @@ def main(arguments: list[str]) -> None:
 
 if __name__ == "__main__":
     main(sys.argv[1:])
-    leave()

@@ -103,3 +103,7 @@ QUANTILE = 1e-10
 
 # Blender's conversion between its working space and Rec.709 in float32, with matrices of about six digits.
 REC709_ROUND_TRIP = 1e-5
+
+# Delta E (CIEDE2000) of a metameric pair after one of it went through a file: float64 rounding of a 3 x 3 system whose
+# condition is about 30 and of sums over 471 wavelengths, under a square root that makes 1e-12 of it 1e-6.
+PAINT_OF_A_FILE = 1e-5

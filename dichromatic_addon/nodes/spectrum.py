@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from .._core import core
 from ..callbacks import search_callback, update_callback
+from ..compat import FILE_PATH_OPTIONS
 from ..names import SPECTRUM_NODE
 from ..spectrum_sources import radiator_items, search_spectra
 from ..spectrum_store import load_file
@@ -15,6 +16,7 @@ from .approximation import build_spectrum, scene_linear_rgb
 from .base import DichromaticNode, draw_link_problems, set_input
 from .evaluation import spectrum_of_node
 from .groups import GroupRecipe, SocketRecipe
+from .plot import draw_plot
 
 __all__ = ["CLASSES", "DichromaticNodeSpectrum"]
 
@@ -93,6 +95,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         name="File",
         description="Spectrum file: wavelength in nm and value, column by column. Its samples are kept in the .blend",
         subtype="FILE_PATH",
+        options=FILE_PATH_OPTIONS,
         update=update_callback(_file_changed),
     )
     radiator: EnumProperty(
@@ -195,7 +198,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             self._draw_band(layout)
         elif self.source == "CONSTANT":
             layout.prop(self, "value")
-        self._draw_swatch(layout)
+        self._draw_look(layout)
         draw_link_problems(self, layout)
 
     def draw_labelled(self: Any, layout: Any) -> None:
@@ -212,7 +215,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             self._draw_band(layout)
         elif self.source == "CONSTANT":
             layout.prop(self, "value")
-        self._draw_swatch(layout)
+        self._draw_look(layout)
 
     def _draw_file(self: Any, layout: Any, text: str) -> None:
         row = layout.row(align=True)
@@ -226,7 +229,12 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             for name in names:
                 column.prop(self, name)
 
-    def _draw_swatch(self: Any, layout: Any) -> None:
+    def _draw_look(self: Any, layout: Any) -> None:
+        try:
+            spectrum = spectrum_of_node(self)
+        except core.DichromaticError:
+            return  # the node's own label and the render tell the reason
+        draw_plot(layout, spectrum)
         if self.source != "COLOR" and "RGB" in self.inputs:
             swatch = layout.row()
             swatch.enabled = False

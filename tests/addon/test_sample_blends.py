@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.tolerances import FLOAT32_ROUNDING
+from tests.tolerances import FLOAT32_ROUNDING, PAINT_OF_A_FILE
 
 pytestmark = [
     pytest.mark.bpy,
@@ -22,7 +22,7 @@ pytestmark = [
 ]
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-NAMES = ["cups", "metal_balls"]
+NAMES = ["cups", "metal_balls", "colour_booth"]
 LARGEST = 2_000_000  # bytes
 SIZE = (192, 108)
 LOBE = ("attenuation", "n", "beta", "beta_across", "mirror", "energy_conserving")  # of a material, besides its spectra
@@ -255,3 +255,46 @@ def test_copper_is_left_and_redder_than_brass() -> None:
     assert copper[0] > 1.2 * copper[1], "copper highlights are reddish"
     assert brass[0] < 1.2 * brass[1], "brass highlights are yellowish"
     assert brass[2] < 0.75 * brass[1], "brass highlights are yellowish"
+
+
+def test_booth_s_paints_match_in_daylight_only() -> None:
+    import spectral_core as core
+    from dichromatic_addon.nodes.reading import read_material
+
+    scene = opened("colour_booth")
+    paints = [read_material(scene.objects[f"Tile, {label} paint"].active_material) for label in ("first", "second")]
+    assert all(paint.notes == () for paint in paints)
+    spectra = [paint.material.body_reflectance for paint in paints]
+    assert spectra[0].key != spectra[1].key
+    grid = core.wavelength_grid("exact")
+
+    def difference(lamp: str, observer: str = "cie_1931_2") -> float:
+        light, eye = core.illuminant(lamp), core.observer(observer)
+        weights = core.tristimulus_weights(light, eye, grid)
+        first, second = (
+            core.lab(spectrum.at(grid.wavelengths_nm) @ weights, core.white_point(light, eye)) for spectrum in spectra
+        )
+        return float(core.delta_e_2000(first, second))
+
+    assert difference("D65") < PAINT_OF_A_FILE
+    assert difference("A") > 3.0
+    assert difference("FL11") > 8.0
+    assert difference("D65", "cie_1964_10") > 2.0
+
+
+def test_booth_has_the_whole_chart_and_one_lamp() -> None:
+    import spectral_core as core
+    from dichromatic_addon.nodes.reading import read_material
+    from dichromatic_addon.properties import read_display, read_illuminant
+
+    scene = opened("colour_booth")
+    patches = [item for item in scene.objects if item.name.startswith("Patch ")]
+    assert len(patches) == 24
+    for patch in patches:
+        reading = read_material(patch.active_material)
+        assert reading.material.body_reflectance.key == core.reflectance(patch.name.removeprefix("Patch ")).key
+    (lamp,) = {item.data for item in scene.objects if item.type == "LIGHT"}
+    for name in ("A", "FL11"):
+        lamp.dichromatic.illuminant = name
+        assert read_illuminant(lamp).key == core.illuminant(name).key
+        assert read_display(scene).white.key == core.illuminant(name).key, "the picture adapts to the lamp"
