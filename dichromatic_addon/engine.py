@@ -30,8 +30,9 @@ __all__ = [
     "unregister",
 ]
 
-_BANDS_WANTED = 24  # so that the window shows the picture growing, and ESC is asked often
-_LEAST_BAND_SAMPLES = 1 << 14  # smaller bands cost more than they show
+_BANDS_WANTED = 24  # so that the window shows the picture growing
+_RAYS_A_BAND = 1 << 20  # about a second or two of work, however many samples a pixel has
+_LEAST_BAND_SAMPLES = 1 << 14  # pixels; smaller bands cost more than they show
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +146,12 @@ def _remember(listener: Capture | None, error: BaseException) -> None:
         listener.error = error
 
 
+def _band_samples(settings: Any) -> int:
+    """Return how many pixels are worked off at once, between two looks at the ESC key and two at the picture."""
+    share = -(-settings.height // _BANDS_WANTED) * settings.width
+    return max(_LEAST_BAND_SAMPLES, min(share, _RAYS_A_BAND // settings.samples))
+
+
 class _LayerJob:
     """One view layer from the dependency graph to the passes of Blender's result."""
 
@@ -164,8 +171,7 @@ class _LayerJob:
         settings = exported.settings
         if self._listener is not None and self._listener.adjust is not None:
             settings = self._listener.adjust(settings)
-        rows = -(-settings.height // _BANDS_WANTED)
-        settings = replace(settings, band_samples=max(_LEAST_BAND_SAMPLES, rows * settings.width))
+        settings = replace(settings, band_samples=_band_samples(settings))
 
         def show(band: Any) -> None:
             self._show(band, exported)
