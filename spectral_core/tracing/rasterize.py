@@ -133,23 +133,29 @@ class PrimaryView:
         hits = Hits(
             np.full(len(winner), np.inf, dtype), winner, np.zeros(len(winner), dtype), np.zeros(len(winner), dtype)
         )
-        found = np.flatnonzero(winner >= 0)
-        shown, plane = _numbered(np.take(winner, found), self._geometry.triangle_count)
+        shown, plane = _numbered(winner, self._geometry.triangle_count)
         table = _ScreenPlanes.of(self._projection, self._geometry, shown)
         scale, shift = self._projection.scale, self._projection.shift
         x, y = np.arange(width), np.arange(first, first + len(winner) // max(width, 1))
         across = ((x - shift[0]) / scale[0]).astype(dtype)
         down = ((y - shift[1]) / scale[1]).astype(dtype)
         near = dtype.type(self._projection.near)
-        for k in range(0, len(found), _PAIRS):
-            pixel = found[k : k + _PAIRS]
-            row, column = np.divmod(pixel, width)
-            u, v, depth = table.at(plane[k : k + _PAIRS], column.astype(dtype), (row + first).astype(dtype))
-            distance = depth - near
+        shape = (len(y), width)
+        hit, plane = (winner >= 0).reshape(shape), plane.reshape(shape)
+        u, v, distance = (a.reshape(shape) for a in (hits.u, hits.v, hits.distance))
+        x, y = x.astype(dtype), y.astype(dtype)
+        step = max(_PAIRS // max(width, 1), 1)
+        for k in range(0, len(y), step):
+            rows = slice(k, k + step)
+            if not hit[rows].any():
+                continue
+            at_u, at_v, depth = table.at(plane[rows], x, y[rows, None])
+            depth -= near
             if self._projection.perspective:
-                wx, wy = np.take(across, column), np.take(down, row)
-                distance *= np.sqrt(1.0 + wx * wx + wy * wy)
-            hits.u[pixel], hits.v[pixel], hits.distance[pixel] = u, v, np.maximum(distance, 0.0)
+                depth *= np.sqrt(1.0 + across * across + down[rows, None] * down[rows, None])
+            np.maximum(depth, 0.0, out=depth)
+            for result, values in ((u, at_u), (v, at_v), (distance, depth)):
+                np.copyto(result[rows], values, where=hit[rows])
         return hits
 
 
@@ -258,13 +264,13 @@ def _fill(
 
 
 def _numbered(values: Integers, bound: int) -> tuple[Integers, Integers]:
-    """Distinct values in rising order, and the place of each value among them."""
-    occurs = np.zeros(bound, bool)
-    occurs[values] = True
-    distinct = np.flatnonzero(occurs)
-    place = np.empty(bound, np.int64)
+    """Distinct values in rising order, and the place of each value among them; -1 has the place 0."""
+    occurs = np.zeros(bound + 1, bool)
+    occurs[values] = True  # -1 marks the last
+    distinct = np.flatnonzero(occurs[:bound])
+    place = np.zeros(bound + 1, np.int64)
     place[distinct] = np.arange(len(distinct))
-    return distinct, np.take(place, values)
+    return distinct, np.take(place, values, mode="wrap")
 
 
 class _ScreenPlanes:
@@ -314,13 +320,23 @@ class _ScreenPlanes:
 
     def at(self, plane: Integers, x: Array, y: Array) -> tuple[Array, Array, Array]:
         """Barycentric coordinates u and v, kept within the triangle, and depth."""
-        row = np.take(self._rows, plane, axis=0)
-        x, y = x - row[:, 9], y - row[:, 10]
-        u = row[:, 0] + row[:, 1] * x + row[:, 2] * y
-        v = row[:, 3] + row[:, 4] * x + row[:, 5] * y
+        row = np.moveaxis(np.take(self._rows, plane, axis=0), -1, 0)
+        x, y = x - row[9], y - row[10]
+        u = row[1] * x
+        u += row[2] * y
+        u += row[0]
+        v = row[4] * x
+        v += row[5] * y
+        v += row[3]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            scale = 1.0 / (row[:, 6] + row[:, 7] * x + row[:, 8] * y)
+            scale = row[7] * x
+            scale += row[8] * y
+            scale += row[6]
+            np.divide(1.0, scale, out=scale)
             # fmax and fmin turn the 0/0 of a triangle seen edge on into its first corner.
             u = np.fmin(np.fmax(u * scale, 0.0), 1.0)
             v = np.fmin(np.fmax(v * scale, 0.0), 1.0 - u)
-        return u, v, row[:, 11] + u * row[:, 12] + v * row[:, 13]
+            depth = u * row[12]
+            depth += v * row[13]
+            depth += row[11]
+        return u, v, depth
