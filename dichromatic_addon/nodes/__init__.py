@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import dielectric, editing, handlers, menu, metal, spectrum
+from . import dielectric, editing, handlers, menu, metal, plot, spectrum
 from .reading import MaterialReading, read_material
 
 __all__ = ["CLASSES", "MaterialReading", "read_material", "register", "unregister"]
@@ -17,6 +17,7 @@ def register() -> None:
     for cls in CLASSES:
         _rebase(cls)
         bpy.utils.register_class(cls)
+    plot.register()
     menu.register()
     handlers.register()
 
@@ -25,6 +26,7 @@ def unregister() -> None:
     """Take everything out again, last first."""
     handlers.unregister()
     menu.unregister()
+    plot.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
 

@@ -69,6 +69,10 @@ class FakeLayout:
     def context_pointer_set(self, name: str, data: Any) -> None:
         assert data is None or hasattr(data, "bl_rna")
 
+    def template_icon(self, icon_value: int, *, scale: float = 1.0) -> None:
+        assert isinstance(icon_value, int)
+        self.drawn.append(("icon", str(icon_value)))
+
     def template_node_view(self, tree: Any, node: Any, socket: Any) -> None:
         assert socket.node == node
         assert node.id_data == tree
