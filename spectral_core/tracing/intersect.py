@@ -68,7 +68,7 @@ def closest(bvh: Bvh, origins: Array, directions: Array, t_max: Array | float | 
     "Robust BVH ray traversal", JCGT 2(2), 12-27 (2013).
     """
     rays = _Rays.prepare(bvh, origins, directions, t_max, own)
-    count = len(rays.start)
+    count = len(rays)
     hits = Hits(
         np.full(count, np.inf, bvh.dtype), np.full(count, -1), np.zeros(count, bvh.dtype), np.zeros(count, bvh.dtype)
     )
@@ -78,7 +78,8 @@ def closest(bvh: Bvh, origins: Array, directions: Array, t_max: Array | float | 
             _test_leaves(bvh, frame, nearest, *_find_leaves(bvh, frame), stop_at_first=False)
         found = np.flatnonzero(nearest.triangle >= 0)
         target = number[found]
-        hits.distance[target] = nearest.distance[found] + rays.start[target]
+        distance = np.take(nearest.distance, found)
+        hits.distance[target] = distance if rays.start is None else distance + rays.start[target]
         hits.triangle[target] = nearest.triangle[found]
         hits.u[target] = nearest.u[found]
         hits.v[target] = nearest.v[found]
@@ -116,7 +117,7 @@ def occluded(
     As for :func:`closest`.
     """
     rays = _Rays.prepare(bvh, origins, directions, t_max, own)
-    result = np.zeros(len(rays.start), bool)
+    result = np.zeros(len(rays), bool)
     for number, frame in rays.chunks(bvh):
         nearest = _Nearest.before(frame.t_max)
         with np.errstate(all="ignore"):
@@ -161,11 +162,11 @@ class _Nearest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rays:
-    """Rays checked, cast and started near the scene."""
+    """Rays checked, cast and started near the scene; coordinates are (3, N)."""
 
     origins: Array
     directions: Array
-    start: Array  # distance along the ray at which `origins` lie
+    start: Array | None  # distance along the ray at which `origins` lie, None for 0 throughout
     t_max: Array | None
     own: Integers | None
 
@@ -180,39 +181,45 @@ class _Rays:
         limit = None if t_max is None else np.broadcast_to(np.asarray(t_max, np.float64), (count,))
         if own is not None:
             own = np.broadcast_to(np.asarray(own, np.int64), (count,))
-        start = np.zeros(count)
-        distant = np.flatnonzero(np.abs(origins).max(axis=1, initial=0.0) > 4.0 * bvh.radius)
+        columns = np.ascontiguousarray(origins.T)
+        start = None
+        reach = np.maximum(np.maximum(np.abs(columns[0]), np.abs(columns[1])), np.abs(columns[2]))
+        distant = np.flatnonzero(reach > 4.0 * bvh.radius)
         if len(distant):
             # Far from the scene the roundings of the origin would dwarf the triangles: step up to it in float64.
             o, d = origins[distant].astype(np.float64), directions[distant].astype(np.float64)
             squared = np.einsum("ij,ij->i", d, d)
             middle = -np.einsum("ij,ij->i", o, d) / squared
+            start = np.zeros(count)
             start[distant] = np.maximum(middle - 2.0 * bvh.radius / np.sqrt(squared), 0.0)
-            origins = origins.astype(np.float64)
-            origins[distant] = o + start[distant][:, None] * d
-        if limit is not None:
-            limit = (limit - start).astype(bvh.dtype)
+            columns = columns.astype(np.float64)
+            columns[:, distant] = (o + start[distant][:, None] * d).T
+            if limit is not None:
+                limit = limit - start
         return cls(
-            origins.astype(bvh.dtype, copy=False),
-            directions.astype(bvh.dtype, copy=False)
-            + 0.0,  # -0.0 becomes 0.0, whose reciprocal has the sign of its class
-            start.astype(bvh.dtype),
-            limit,
+            columns.astype(bvh.dtype, copy=False),
+            np.ascontiguousarray(directions.T, bvh.dtype),
+            None if start is None else start.astype(bvh.dtype),
+            None if limit is None else limit.astype(bvh.dtype),
             own,
         )
+
+    def __len__(self) -> int:
+        return self.origins.shape[1]
 
     def chunks(self, bvh: Bvh) -> Iterator[tuple[Integers, _Frame]]:
         """Rays by direction class, in chunks; with the numbers of the rays."""
         if not len(bvh.leaf_triangles):
             return
-        size = np.abs(self.directions)
-        along = size.argmax(axis=1)
-        negative = self.directions < 0.0
-        group = negative @ np.array([1, 2, 4]) + 8 * along
-        bits = len(group).bit_length()
-        order = np.sort(group << bits | np.arange(len(group)))
-        boundary = np.searchsorted(order, np.arange(25) << bits)
-        order &= (1 << bits) - 1
+        dx, dy, dz = self.directions
+        ax, ay, az = np.abs(dx), np.abs(dy), np.abs(dz)
+        group = (dx < 0.0).astype(np.uint8)
+        for bit, condition in enumerate((dy < 0.0, dz < 0.0, ay > ax), start=1):
+            group |= condition.astype(np.uint8) << np.uint8(bit)
+        group[az > np.maximum(ax, ay)] &= np.uint8(7)
+        group[az > np.maximum(ax, ay)] |= np.uint8(16)
+        order = np.argsort(group, kind="stable")
+        boundary = np.concatenate([[0], np.cumsum(np.bincount(group, minlength=24))])
         for code in range(24):
             for begin in range(boundary[code], boundary[code + 1], _CHUNK):
                 number = order[begin : min(begin + _CHUNK, boundary[code + 1])]
@@ -222,8 +229,8 @@ class _Rays:
         along = code >> 3
         across_x, across_y = (along + 1) % 3, (along + 2) % 3
         backwards = [bool(code >> axis & 1) for axis in range(3)]
-        direction = np.ascontiguousarray(np.take(self.directions, number, axis=0).T)
-        origin = list(np.ascontiguousarray(np.take(self.origins, number, axis=0).T))
+        direction = [np.take(d, number) for d in self.directions]
+        origin = [np.take(o, number) for o in self.origins]
         with np.errstate(divide="ignore", over="ignore"):
             reciprocal = [np.clip(1.0 / d, -_LARGEST_RECIPROCAL, _LARGEST_RECIPROCAL) for d in direction]
             shear_x, shear_y = direction[across_x] / direction[along], direction[across_y] / direction[along]
