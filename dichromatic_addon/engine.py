@@ -32,7 +32,7 @@ __all__ = [
 
 _BANDS_WANTED = 24  # so that the window shows the picture growing
 _RAYS_A_BAND = 1 << 20  # about a second or two of work, however many samples a pixel has
-_LEAST_BAND_SAMPLES = 1 << 14  # pixels; smaller bands cost more than they show
+_LEAST_BAND_SAMPLES = 1 << 15  # pixels; smaller bands cost more than they show
 
 
 @dataclass(frozen=True, slots=True)
