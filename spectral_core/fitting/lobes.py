@@ -24,6 +24,7 @@ __all__ = ["BodyAndLobe", "LobeFit", "LobeModel", "WeightedFit", "fit_lobe", "fi
 
 Array = NDArray[np.float64]
 
+LARGEST_SPREAD = 1.0  # a standard deviation of ln n or ln beta beyond this tells nothing about n or beta
 _EXPONENTS = (1.0e-3, 1.0e7)
 
 
@@ -283,9 +284,10 @@ def fit_lobe(measurements: Measurements, kinds: Iterable[str] = ATTENUATIONS, co
     kind = min(fits, key=lambda name: fits[name].cost)
     fit = fits[kind]
     freedom = data.size - fit.unknowns
-    deviation = float(np.sqrt(fit.parameter_covariance[0, 0] * fit.cost / freedom))
-    if not np.isfinite(fit.parameter_covariance[0, 0]):
-        raise FittingError("n cannot be found: the averages do not change with the angle from the mirror direction")
+    unit_variance = float(fit.parameter_covariance[0, 0])
+    if not np.isfinite(unit_variance) or unit_variance * fit.cost / freedom > LARGEST_SPREAD**2:
+        raise FittingError("n cannot be found: the averages do not tell how they fall with the angle from the mirror")
+    deviation = float(np.sqrt(unit_variance * fit.cost / freedom))
     return LobeFit(
         kind,
         log_interval("n", float(fit.parameters[0]), deviation, freedom, confidence),

@@ -22,7 +22,7 @@ from ..reflection import (
 from ..spectra import Spectrum
 from ..validation import require_choice, require_in_range
 from .dichromatic import Recommendation, is_turned, recommend_type
-from .lobes import BodyAndLobe, WeightedFit, fit_weighted
+from .lobes import LARGEST_SPREAD, BodyAndLobe, WeightedFit, fit_weighted
 from .measurements import Measurements
 from .metal_lobe import FixedWeight, FresnelWeight, MetalLobe, TableWeight, WeightModel, metal_incidence
 from .uncertainty import Interval, SpectrumEstimate, log_interval, spectrum_interval
@@ -39,7 +39,6 @@ MEAN_REFLECTANCES = ("auto", "schlick", "fresnel", "table")
 
 _HARDLY_DIFFERENT = 25.0  # of the criterion: noise may turn the order of laws that are no further apart
 _SCALE_SPREAD = 0.2  # a scale known no better than this would leave S_I without meaning
-_LARGEST_SPREAD = 1.0  # a standard deviation of ln n or ln beta beyond this tells nothing about n or beta
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,7 +222,7 @@ def fit_material(
 def _require_determined(fit: WeightedFit, index: int, what: str, advice: str) -> float:
     """Tell the standard deviation of a fitted logarithm, or raise when it is not determined."""
     variance = float(fit.fit.parameter_covariance[index, index]) * fit.variance
-    if not np.isfinite(variance) or variance > _LARGEST_SPREAD**2:
+    if not np.isfinite(variance) or variance > LARGEST_SPREAD**2:
         raise FittingError(f"{what} is not determined by these geometries: {advice}")
     return float(np.sqrt(variance))
 
@@ -334,8 +333,9 @@ def _fit_metal(measurements: Measurements, recommendation: Recommendation, optio
     model, best = _best_metal(measurements, options, options.scale)
     scale = options.scale
     if scale is None:
-        level, deviation = best.fit.level, float(np.sqrt(best.fit.level_variance * best.variance))
-        if not (np.isfinite(deviation) and level > 0.0 and deviation < _SCALE_SPREAD * level):
+        level, unit_variance = best.fit.level, best.fit.level_variance
+        seen = np.isfinite(unit_variance) and unit_variance * best.variance < (_SCALE_SPREAD * level) ** 2
+        if not (seen and level > 0.0):
             scale = max(1.0, float(best.fit.spectra[0].max()) * (1.0 + 1.0e-9))
             notes.append(
                 "The data do not determine the scale over Eq. 10 (no spectrum near grazing incidence): "

@@ -26,6 +26,7 @@ REFERENCES = ("diffuser", "beam")
 instruments), or the irradiance on a plane facing the light (the E of Eqs. 8 to 10)."""
 
 _RIGHT_ANGLE = 0.5 * np.pi
+_LARGEST, _SMALLEST = 1.0e6, 1.0e-9  # of the largest value: no reflectance lies beyond, and squares stay in range
 
 
 def _angles(name: str, values: ArrayLike | None, count: int, limit: float) -> NDArray[np.float64]:
@@ -270,7 +271,8 @@ class Measurements:
     wavelengths_nm : array_like (W,)
         Strictly increasing, in nm; W >= 3.
     reflectances : array_like (M, W)
-        Finite; 1 is the perfect diffuser (or any common scale). Noise may make values negative.
+        Within 1e6, the largest at least 1e-9; 1 is the perfect diffuser (or any common scale). Noise may make values
+        negative.
     geometry : MeasurementGeometry, optional
         Angles of the M spectra. Without them the spectra can be tested, but no lobe can be fitted.
     reference : {"diffuser", "beam"}
@@ -291,7 +293,7 @@ class Measurements:
     def __post_init__(self) -> None:
         label = f"measurements {self.name!r}" if self.name else "measurements"
         wavelengths = np.array(require_in_range(f"wavelengths of {label}", self.wavelengths_nm, 1.0e-3, unit="nm"))
-        values = np.array(require_finite(f"reflectances of {label}", self.reflectances))
+        values = np.array(require_in_range(f"reflectances of {label}", self.reflectances, -_LARGEST, _LARGEST))
         require_choice(f"reference of {label}", self.reference, REFERENCES)
         if wavelengths.ndim != 1 or wavelengths.size < 3:
             raise FittingError(f"{label} must have at least 3 wavelengths, but has the shape {wavelengths.shape}")
@@ -309,6 +311,8 @@ class Measurements:
             raise FittingError(f"{label} must have at least one spectrum")
         if not values.any():
             raise FittingError(f"{label} must not be zero everywhere: nothing was reflected")
+        if np.abs(values).max() < _SMALLEST:
+            raise FittingError(f"{label} must reach {_SMALLEST:g}, but the largest value is {np.abs(values).max():.3g}")
         if self.geometry is not None and self.geometry.count != values.shape[0]:
             raise InvalidParameterError(
                 f"{label} must have one geometry for each spectrum, but has {self.geometry.count} geometries and "

@@ -23,6 +23,7 @@ __all__ = ["LinearBasis", "ModelTerms", "SeparableFit", "fit_separable", "grid_s
 
 Array = NDArray[np.float64]
 
+_NOTHING = 1.0e-60  # a column that no geometry lights more than this has no measurable coefficient
 _ABSENT = 1.0e-10  # a column left with this share of its length after the others are removed counts as absent
 
 
@@ -69,6 +70,7 @@ class LinearBasis:
         self._root = root_weights
         columns = [terms.free[:, f, None] * root_weights for f in range(terms.free.shape[1])]
         count, wavelengths = len(columns), root_weights.shape[1]
+        reach = np.linalg.norm(root_weights, axis=0)
         self._triangle = np.zeros((count, count, wavelengths))
         for f, column in enumerate(columns):
             length = np.linalg.norm(column, axis=0)
@@ -78,7 +80,7 @@ class LinearBasis:
                     self._triangle[g, f] += share
                     column = column - share * columns[g]
             left = np.linalg.norm(column, axis=0)
-            present = left > _ABSENT * length
+            present = left > np.maximum(_ABSENT * length, _NOTHING * reach)
             self._triangle[f, f] = np.where(present, left, 0.0)
             columns[f] = np.where(present, column / np.where(present, left, 1.0), 0.0)
         self._columns = np.array(columns)
@@ -93,7 +95,7 @@ class LinearBasis:
                 self._flat_shares += shares
                 flat = flat - np.sum(self._columns * shares[:, None, :], axis=0)
             self._flat_length = float(np.linalg.norm(flat))
-            if self._flat_length > _ABSENT * whole:
+            if self._flat_length > max(_ABSENT * whole, _NOTHING * float(np.linalg.norm(reach))):
                 self._flat = flat / self._flat_length
 
     @property
