@@ -198,7 +198,7 @@ class _Rays:
                 limit = limit - start
         return cls(
             columns.astype(bvh.dtype, copy=False),
-            np.ascontiguousarray(directions.T, bvh.dtype),
+            np.add(directions.T, 0.0, dtype=bvh.dtype, order="C"),  # and no -0: the sign of a reciprocal must be known
             None if start is None else start.astype(bvh.dtype),
             None if limit is None else limit.astype(bvh.dtype),
             own,
