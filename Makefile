@@ -9,7 +9,7 @@ SERIES ?= 4.2 4.5 5.0 5.2
 BLEND ?= sample_blends/cups.blend
 PICTURE ?= renders/cups.png
 SIZE ?= 1280x720
-SAMPLES ?= 16
+SAMPLES ?= 8
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -63,6 +63,21 @@ figures:  ## docs/figures: the counterparts of the paper's figures
 stability:  ## docs/stability.md: the worst errors of the reflection laws
 	@$(SETUP)
 	$(BIN)/python -m tools.stability_table
+
+figures:  ## draw the figures of docs/figures again
+	@$(SETUP) figures
+	$(BIN)/python tools/make_figures.py
+
+tables:  ## measure the tables of docs/: errors of the wavelength grids, stability of the reflection laws
+	@$(SETUP) test
+	$(BIN)/python tools/measure_grids.py
+	$(BIN)/python -m tools.stability_table
+
+bench:  ## rays a second beside Embree, the cost of colour, relighting
+	@$(SETUP) bench
+	$(BIN)/python -m tests.benchmarks.tracing
+	$(BIN)/python -m tests.benchmarks.colour_cost
+	$(BIN)/python -m tests.benchmarks.relight
 
 clean:  ## remove the environments and everything that was made
 	rm -rf .venv .venv-* build dist renders artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

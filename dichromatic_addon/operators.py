@@ -179,7 +179,7 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
 
     bl_idname = "dichromatic.render_image"
     bl_label = "Render to Image"
-    bl_description = "Render the scene spectrally, whatever engine is set, and store the colours in an image of the file"
+    bl_description = "Render the scene spectrally, whatever engine is set, and store the colors in an image of the file"
     bl_options = {"REGISTER"}
 
     _captured: Capture | None = None

@@ -80,8 +80,8 @@ ANOTHER_QUADRATURE = 1e-6
 # Albedos given to two decimals.
 PUBLISHED_ALBEDO = 0.005
 
-# Blender keeps camera matrices, lens and shift in float32 (2**-24): over a frame of 100 pixels and the few products of a
-# projection this is below a hundredth of a pixel.
+# Blender keeps camera matrices, lens and shift in float32 (2**-24): over a frame of 100 pixels and the few products of
+# a projection this is below a hundredth of a pixel.
 PROJECTION_IN_PIXELS = 0.01
 
 # Parameters fitted to data without noise: what docs/fitting.md promises. The printed equations of the test data lose
@@ -95,7 +95,7 @@ PRINTED_ANGLES = 1e-12
 # Blender's RGB, and Cycles' samples of a lamp with an extent scatter by less than the rest of the percent.
 EXPOSURE_AGAINST_CYCLES = 0.01
 
-# A float that went through one of Blender's 32-bit properties and a few operations after it: about 2**2 units of 2**-24.
+# A float that went through one of Blender's 32-bit properties and a few operations: about 2**2 units of 2**-24.
 BLENDER_FLOAT = 3e-7
 
 # The incomplete beta function: differences of log-gamma values of up to 1e5 leave 1e-11 of the share.
