@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
-
 from ._core import core
 from .plotting import new_figure, save_figure
 
@@ -28,11 +26,8 @@ def run(arguments: argparse.Namespace) -> int:
     probe = core.probe_pixel(render, arguments.column, arguments.row)
     print(probe.describe())
     if arguments.output is not None:
-        header = ",".join(["wavelength_nm", "total", *(f'"{label}"' for label in probe.labels)])
-        table = np.column_stack([probe.wavelengths_nm, probe.radiance.sum(axis=0), probe.radiance.T])
-        rows = [",".join(f"{value:.9g}" for value in row) for row in table]
         with core.replacing(arguments.output) as temporary:
-            temporary.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+            temporary.write_text(probe.csv(), encoding="utf-8")
         print(f"{arguments.output} written")
     if arguments.plot is not None:
         _draw(probe, arguments.plot)

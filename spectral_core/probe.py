@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +66,30 @@ class PixelProbe:
             share = self.tristimulus[part, 1] / total[1]
             lines.append(f"  {100.0 * share:5.1f} %  {self.labels[part]}")
         return "\n".join(lines)
+
+    def csv(self) -> str:
+        """Give the spectra as comma-separated values.
+
+        Returns
+        -------
+        str
+            A header, then a row a wavelength: nm, the pixel's spectrum, and each part's.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        table = io.StringIO()
+        writer = csv.writer(table, lineterminator="\n")
+        writer.writerow(["wavelength_nm", "total", *self.labels])
+        total = self.radiance.sum(axis=0)
+        for wavelength, whole, parts in zip(self.wavelengths_nm, total, self.radiance.T, strict=True):
+            writer.writerow([f"{value:.9g}" for value in (wavelength, whole, *parts)])
+        return table.getvalue()
 
 
 def probe_pixel(render: Render, column: int, row: int, wavelengths_nm: ArrayLike | None = None) -> PixelProbe:

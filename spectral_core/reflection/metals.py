@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,12 @@ INCIDENCES = ("facet", "surface")
 
 GRAZING = "grazing"
 """Name of the metals' second component, whose reflectance is the constant 1 of Eq. 13."""
+
+
+@lru_cache(maxsize=32)
+def _mean_of(constants: OpticalConstants) -> OpticalMeanReflectance:
+    """Sa(phi) of a metal; its table takes tens of milliseconds, and a scene is read again at every edit."""
+    return OpticalMeanReflectance(*constants.at(MEAN_BAND_NM))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +120,7 @@ class TypeIII(Material):
         wavelengths = wavelengths[(wavelengths >= 300.0) & (wavelengths <= 900.0)]
         n, k = constants.at(wavelengths)
         reflectance = Spectrum(wavelengths, fresnel_conductor(1.0, n, k), constants.name)
-        mean = OpticalMeanReflectance(*constants.at(MEAN_BAND_NM))
-        return cls(reflectance, mean, beta, beta_across, incidence, energy_conserving, mirror)
+        return cls(reflectance, _mean_of(constants), beta, beta_across, incidence, energy_conserving, mirror)
 
     @classmethod
     def from_normal_reflectance(
