@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["CLOTH_NODE", "ENGINE_ID", "METAL_NODE", "PLASTIC_NODE", "SPECTRUM_NODE", "SURFACE_NODES"]
+__all__ = [
+    "CLOTH_NODE",
+    "ENGINE_ID",
+    "METAL_NODE",
+    "PLASTIC_NODE",
+    "SPECTRUM_MIX_NODE",
+    "SPECTRUM_NODE",
+    "SPECTRUM_NODES",
+    "SURFACE_NODES",
+]
 
 ENGINE_ID = "DICHROMATIC"
 
@@ -10,5 +19,7 @@ PLASTIC_NODE = "DichromaticNodePlastic"
 CLOTH_NODE = "DichromaticNodeCloth"
 METAL_NODE = "DichromaticNodeMetal"
 SPECTRUM_NODE = "DichromaticNodeSpectrum"
+SPECTRUM_MIX_NODE = "DichromaticNodeSpectrumMix"
 
+SPECTRUM_NODES = (SPECTRUM_NODE, SPECTRUM_MIX_NODE)
 SURFACE_NODES = (PLASTIC_NODE, CLOTH_NODE, METAL_NODE)

@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from .compat import node_tree_of
-from .names import ENGINE_ID, SPECTRUM_NODE, SURFACE_NODES
+from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
 from .presets import DICHROMATIC_MT_material_presets
@@ -129,12 +129,18 @@ def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
 
 
 def _draw_linked(layout: Any, context: Any, source: Any) -> None:
-    if source.bl_idname != SPECTRUM_NODE:
+    if source.bl_idname not in SPECTRUM_NODES:
         layout.label(text=source.label or source.name, icon="NODE")
         return
     source.draw_labelled(layout)
     for socket in source.inputs:
-        if not socket.hide and not socket.is_linked:
+        if socket.hide:
+            continue
+        if socket.is_linked:
+            box = layout.box()
+            box.label(text=socket.name)
+            _draw_linked(box, context, socket.links[0].from_node)
+        else:
             layout.prop(socket, "default_value", text=socket.name)
     draw_link_problems(source, layout, panel_line(context))
 

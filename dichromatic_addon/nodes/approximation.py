@@ -20,7 +20,7 @@ import numpy as np
 
 from .._core import core
 
-__all__ = ["build_dielectric", "build_metal", "build_spectrum", "linear_rgb", "scene_linear_rgb"]
+__all__ = ["build_dielectric", "build_metal", "build_mix", "build_spectrum", "linear_rgb", "scene_linear_rgb"]
 
 WIDEST = 0.5  # the smallest g that still makes a lobe narrower than Blender's roughness 1 (a = 1 is g = 0.25)
 
@@ -43,6 +43,25 @@ def _scaled(tree: Any, colour: Any, factor: Any) -> Any:
     node.operation = "SCALE"
     tree.links.new(colour, node.inputs[0])
     tree.links.new(factor, node.inputs["Scale"])
+    return node.outputs[0]
+
+
+def _mixed(tree: Any, factor: Any, first: Any, second: Any) -> Any:
+    """Add a node that goes from one colour to another, and return its output."""
+    node = tree.nodes.new("ShaderNodeMix")
+    node.data_type = "RGBA"
+    by_identifier = {socket.identifier: socket for socket in node.inputs}
+    for name, source in (("Factor_Float", factor), ("A_Color", first), ("B_Color", second)):
+        tree.links.new(source, by_identifier[name])
+    return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
+
+
+def _product(tree: Any, first: Any, second: Any) -> Any:
+    """Add a node that multiplies two colours, and return its output."""
+    node = tree.nodes.new("ShaderNodeVectorMath")
+    node.operation = "MULTIPLY"
+    tree.links.new(first, node.inputs[0])
+    tree.links.new(second, node.inputs[1])
     return node.outputs[0]
 
 
@@ -115,14 +134,14 @@ def build_metal(tree: Any, sources: dict[str, Any], target: Any) -> None:
 
 def build_spectrum(tree: Any, sources: dict[str, Any], target: Any) -> None:
     """Build the Spectrum node: the RGB of its samples or its own colour, times its scale."""
-    choose = tree.nodes.new("ShaderNodeMix")
-    choose.data_type = "RGBA"
-    by_identifier = {socket.identifier: socket for socket in choose.inputs}
-    tree.links.new(sources["Use Color"], by_identifier["Factor_Float"])
-    tree.links.new(sources["RGB"], by_identifier["A_Color"])
-    tree.links.new(sources["Color"], by_identifier["B_Color"])
-    result = next(socket for socket in choose.outputs if socket.identifier == "Result_Color")
+    result = _mixed(tree, sources["Use Color"], sources["RGB"], sources["Color"])
     tree.links.new(_scaled(tree, result, sources["Scale"]), target)
+
+
+def build_mix(tree: Any, sources: dict[str, Any], target: Any) -> None:
+    """Build Mix Spectra: the same operation on the two colours."""
+    second = _mixed(tree, sources["Multiply"], sources["B"], _product(tree, sources["A"], sources["B"]))
+    tree.links.new(_mixed(tree, sources["Factor"], sources["A"], second), target)
 
 
 @cache

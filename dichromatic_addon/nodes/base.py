@@ -77,7 +77,7 @@ class DichromaticNode:
         for socket in self.recipe.inputs:
             if socket.hidden:
                 self.inputs[socket.name].hide = True
-        self.width = 220
+        self.width = 250
         self.refresh()
 
     def refresh(self: Any) -> None:

@@ -6,7 +6,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ..compat import ensure_node_tree
-from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
+from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SPECTRUM_NODES, SURFACE_NODES
 from .fallback import COLOUR_INPUTS
 
 __all__ = [
@@ -110,9 +110,13 @@ def _keep_inputs(tree: Any, old: Any, new: Any) -> None:
 
 
 def _remove_unused_spectra(tree: Any) -> None:
-    """Remove Spectrum nodes that fed only the node that has gone."""
-    for node in [node for node in tree.nodes if node.bl_idname == SPECTRUM_NODE]:
-        if not any(socket.is_linked for socket in node.outputs):
+    """Remove spectra that fed only the node that has gone, and what fed only them."""
+    while unused := [
+        node
+        for node in tree.nodes
+        if node.bl_idname in SPECTRUM_NODES and not any(socket.is_linked for socket in node.outputs)
+    ]:
+        for node in unused:
             tree.nodes.remove(node)
 
 
@@ -121,7 +125,7 @@ def link_spectrum_node(tree: Any, node: Any, input_name: str) -> Any:
     socket = node.inputs[input_name]
     spectrum = tree.nodes.new(SPECTRUM_NODE)
     index = [item.name for item in node.inputs].index(input_name)
-    spectrum.location = (node.location.x - 280, node.location.y - 260 * index)
+    spectrum.location = (node.location.x - 300, node.location.y - 300 * index)
     spectrum.source = "COLOR"
     if socket.type == "RGBA":
         spectrum.inputs["Color"].default_value = socket.default_value

@@ -122,6 +122,7 @@ def _fill(tree: Any, recipe: GroupRecipe) -> None:
         if item is None:
             item = tree.interface.new_socket(socket.name, in_out=in_out, socket_type=socket.socket_type)
         item.description = socket.description
+        item.hide_value = socket.hidden
         if socket.kind == "FLOAT":
             if socket.subtype != "NONE":
                 item.subtype = socket.subtype

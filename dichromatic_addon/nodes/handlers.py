@@ -8,8 +8,8 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ..names import SPECTRUM_NODE, SURFACE_NODES
-from . import dielectric, metal, spectrum
+from ..names import SPECTRUM_NODES, SURFACE_NODES
+from . import dielectric, metal, mix, spectrum
 from .groups import is_hidden_group, shared_group
 
 __all__ = ["refresh_nodes", "register", "unregister"]
@@ -20,7 +20,7 @@ def _trees() -> list[Any]:
 
 
 def _our_nodes(trees: list[Any]) -> list[Any]:
-    kinds = (*SURFACE_NODES, SPECTRUM_NODE)
+    kinds = (*SURFACE_NODES, *SPECTRUM_NODES)
     own = [tree for tree in trees if tree.library is None and not is_hidden_group(tree)]
     return [node for tree in own for node in tree.nodes if node.bl_idname in kinds]
 
@@ -34,7 +34,7 @@ def refresh_nodes(trees: list[Any]) -> None:
 @persistent
 def _after_load(*_: Any) -> None:
     """Rebuild hidden groups of an older version, and give nodes that have lost their group a new one."""
-    for node_class in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES):
+    for node_class in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES, *mix.CLASSES):
         recipe = node_class.recipe
         if any(
             tree.library is None and tree.get("dichromatic_node_group") == recipe.tag for tree in bpy.data.node_groups

@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ..names import ENGINE_ID
-from . import dielectric, metal, spectrum
+from . import dielectric, metal, mix, spectrum
 
 __all__ = ["CLASSES", "register", "unregister"]
 
@@ -17,7 +17,7 @@ class DICHROMATIC_MT_node_add(bpy.types.Menu):
     bl_label = "Dichromatic"
 
     def draw(self, context: Any) -> None:
-        for node in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES):
+        for node in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES, *mix.CLASSES):
             operator = self.layout.operator("node.add_node", text=node.bl_label)
             operator.type = node.bl_idname
             operator.use_transform = True

@@ -127,7 +127,7 @@ def link_problems(node: Any) -> list[str]:
             problems.append(f"{socket.name}: {problem}")
     if node.bl_idname == SPECTRUM_NODE:
         problems += _source_problems(node)
-    elif node.bl_idname in SURFACE_NODES and node.node_tree is None:
+    elif node.node_tree is None:
         problems.append("the hidden node group is missing; add the node anew")
     elif getattr(node, "metal", None) is not None and node.metal not in core.metal_names():
         problems.append(f"the library has no metal '{node.metal}'")

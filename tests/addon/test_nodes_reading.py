@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 
 import bpy
+import numpy as np
 import pytest
 
 import spectral_core as core
-from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
+from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_MIX_NODE, SPECTRUM_NODE
 from dichromatic_addon.nodes import handlers
 from dichromatic_addon.nodes.editing import link_spectrum_node, set_surface_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
-from tests.tolerances import BLENDER_FLOAT
+from tests.tolerances import BLENDER_FLOAT, FLOAT64_ROUNDING
 
 pytestmark = pytest.mark.bpy
 
@@ -290,6 +291,64 @@ def test_a_cycle_of_links_is_reported_and_does_not_hang(plastic):
     tree.links.new(second.outputs[0], first.inputs[0])
     tree.links.new(second.outputs[0], node.inputs["Body Reflectance"])
     with pytest.raises(core.SceneError, match="form a cycle"):
+        read_material(material)
+
+
+# ---- mixtures
+
+
+def new_mix(tree, first, second, factor, operation="MIX"):
+    mix = tree.nodes.new(SPECTRUM_MIX_NODE)
+    mix.operation = operation
+    mix.inputs["Factor"].default_value = factor
+    tree.links.new(first.outputs[0], mix.inputs["A"])
+    tree.links.new(second.outputs[0], mix.inputs["B"])
+    return mix
+
+
+@pytest.mark.parametrize(
+    ("operation", "factor", "expected"),
+    [("MIX", 0.25, 0.75 * 0.5 + 0.25 * 0.25), ("MULTIPLY", 1.0, 0.5 * 0.25), ("MULTIPLY", 0.0, 0.5)],
+)
+def test_two_constants_mix_to_a_constant(plastic, operation, factor, expected):
+    material, tree, node = plastic
+    mix = new_mix(tree, new_spectrum(tree, 0.5), new_spectrum(tree, 0.25), factor, operation)
+    tree.links.new(mix.outputs[0], node.inputs["Body Reflectance"])
+    assert body(material) == core.Spectrum.constant(expected)
+
+
+def test_spectra_mix_wavelength_by_wavelength(plastic):
+    material, tree, node = plastic
+    first, second = new_spectrum(tree), new_spectrum(tree)
+    first.source, first.library_name = "LIBRARY", "plastic blue"
+    second.source, second.centre_nm, second.width_nm = "GAUSSIAN", 589.3, 0.5  # a line between whole nanometres
+    mix = new_mix(tree, first, second, 0.5)
+    tree.links.new(mix.outputs[0], node.inputs["Body Reflectance"])
+    read = body(material)
+    line = core.gaussian(second.centre_nm, second.width_nm, second.peak, second.base)
+    at = read.wavelengths_nm
+    assert np.abs(at - line.wavelengths_nm[96]).min() == 0.0  # the peak is among the samples
+    expected = 0.5 * core.reflectance("plastic blue").at(at) + 0.5 * line.at(at)
+    np.testing.assert_allclose(read.values, expected, rtol=FLOAT64_ROUNDING)
+
+
+def test_mixtures_of_mixtures_and_their_removal(plastic):
+    material, tree, node = plastic
+    inner = new_mix(tree, new_spectrum(tree, 0.5), new_spectrum(tree, 0.25), 0.5)
+    outer = new_mix(tree, inner, new_spectrum(tree, 0.5), 1.0, "MULTIPLY")
+    tree.links.new(outer.outputs[0], node.inputs["Body Reflectance"])
+    assert body(material) == core.Spectrum.constant(0.1875)
+    assert link_problems(outer) == link_problems(node) == []
+    set_surface_node(material, METAL_NODE)
+    assert {item.bl_idname for item in tree.nodes} == {METAL_NODE, "ShaderNodeOutputMaterial"}
+
+
+def test_a_cycle_of_mixtures_is_reported(plastic):
+    material, tree, node = plastic
+    mix = new_mix(tree, new_spectrum(tree), new_spectrum(tree), 0.5)
+    tree.links.new(mix.outputs[0], mix.inputs["A"])
+    tree.links.new(mix.outputs[0], node.inputs["Body Reflectance"])
+    with pytest.raises(core.SceneError, match="cycle"):
         read_material(material)
 
 

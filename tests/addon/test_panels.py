@@ -10,7 +10,7 @@ import pytest
 import spectral_core as core
 from dichromatic_addon import panels, presets, properties
 from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
-from dichromatic_addon.nodes import dielectric, editing, menu, metal
+from dichromatic_addon.nodes import dielectric, editing, menu, metal, mix
 from dichromatic_addon.nodes import spectrum as spectrum_node
 from dichromatic_addon.nodes.editing import link_spectrum_node, set_surface_node, surface_node_of
 from dichromatic_addon.nodes.reading import read_material
@@ -124,7 +124,7 @@ def test_every_panel_and_property_has_a_tooltip(addon):
     for cls in properties.CLASSES:
         for known in cls.bl_rna.properties:
             assert known.identifier in ("rna_type", "name") or known.description, known.identifier
-    for cls in (*dielectric.CLASSES, *metal.CLASSES, *spectrum_node.CLASSES):
+    for cls in (*dielectric.CLASSES, *metal.CLASSES, *spectrum_node.CLASSES, *mix.CLASSES):
         own = set(cls.__annotations__) | {name for base in cls.__mro__ for name in getattr(base, "__annotations__", {})}
         for name in own:
             assert cls.bl_rna.properties[name].description, name
@@ -157,7 +157,7 @@ def test_blenders_panels_are_joined_and_left_again(addon):
 def test_the_add_menu_lists_the_nodes_for_our_engine_only(scene):
     layout = FakeLayout()
     menu.DICHROMATIC_MT_node_add.draw(SimpleNamespace(layout=layout), None)
-    assert layout.names("operator") == ["node.add_node"] * 4
+    assert layout.names("operator") == ["node.add_node"] * 5
     for engine, expected in (("DICHROMATIC", ["DICHROMATIC_MT_node_add"]), ("BLENDER_WORKBENCH", [])):
         layout = FakeLayout()
         context = SimpleNamespace(engine=engine, space_data=SimpleNamespace(shader_type="OBJECT"))
