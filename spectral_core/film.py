@@ -19,9 +19,39 @@ from .errors import InvalidParameterError
 from .scene_spectra import SceneSpectra, Term
 from .validation import require_integer
 
-__all__ = ["Film", "FilmBlock", "FilmBuilder"]
+__all__ = ["Film", "FilmBlock", "FilmBuilder", "add_rows"]
 
-_ROWS_AT_ONCE = 1 << 18  # rows of a block that are turned into colour at once: keeps the intermediate small
+_ROWS_AT_ONCE = 1 << 15  # rows of a block that are turned into colour at once: the intermediates stay in the cache
+
+
+def add_rows(
+    image: NDArray[np.floating[Any]], index: NDArray[np.integer[Any]], rows: NDArray[np.floating[Any]]
+) -> None:
+    """Add rows to some rows of an array, in place.
+
+    Parameters
+    ----------
+    image : ndarray, shape (P, C)
+        Changed; its rows must lie one behind the other in memory.
+    index : ndarray of int, shape (N,)
+        Which rows; each at most once, since of two additions to one row only the last would stay.
+    rows : ndarray, shape (N, C)
+        What is added.
+
+    Raises
+    ------
+    IndexError
+        From numpy if a row is not there.
+
+    References
+    ----------
+    Own design. The same as ``image[index] += rows``; rows are put back whole, as opaque records, which is three times
+    faster than element by element.
+    """
+    total = image.take(index, axis=0)
+    total += rows
+    record = np.dtype((np.void, image.shape[1] * image.itemsize))
+    image.view(record)[index, 0] = total.view(record)[:, 0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +200,7 @@ class Film:
             rows = np.ascontiguousarray(table[[index[term] for term in block.terms]], dtype=dtype)
             for start in range(0, len(block.pixels), _ROWS_AT_ONCE):
                 part = slice(start, start + _ROWS_AT_ONCE)
-                image[block.pixels[part]] += block.coefficients[part].astype(dtype, copy=False) @ rows
+                add_rows(image, block.pixels[part], block.coefficients[part].astype(dtype, copy=False) @ rows)
         return image.reshape(self.height, self.width, table.shape[1])
 
     def spectrum_at(
@@ -285,7 +315,7 @@ class FilmBuilder:
         pixels : ndarray of int, shape (N,)
             Flat pixel index of each sample; a pixel may stand in it many times.
         coefficients : ndarray, shape (N, K)
-            Geometric coefficients, not yet divided by the number of samples.
+            Geometric coefficients, not yet divided by the number of samples; kept, so not to be changed afterwards.
 
         Raises
         ------
@@ -298,7 +328,7 @@ class FilmBuilder:
         """
         if not len(pixels):
             return
-        if not np.isfinite(coefficients).all():
+        if not _is_finite(coefficients):
             at = int(np.argwhere(~np.isfinite(coefficients))[0][0])
             row, column = divmod(int(pixels[at]), self._width)
             raise InvalidParameterError(f"a geometric coefficient of pixel ({column}, {row}) is not finite")
@@ -421,7 +451,7 @@ class FilmBuilder:
         Own design.
         """
         blocks = tuple(
-            FilmBlock(terms, np.concatenate(kept.pixels).astype(np.int32), np.concatenate(kept.coefficients))
+            FilmBlock(terms, _joined(kept.pixels).astype(np.int32, copy=False), _joined(kept.coefficients))
             for terms, kept in sorted(self._merged.items(), key=lambda item: item[0])
         )
         coverage = self.coverage(0, self._height)
@@ -453,21 +483,29 @@ class FilmBuilder:
         return (part / np.float32(self._samples)).reshape(-1, self._width)
 
     def _merge(self, terms: tuple[Term, ...], pending: _Pending, first: int, end: int) -> FilmBlock:
-        local = np.concatenate(pending.pixels) - first
-        present = np.flatnonzero(np.bincount(local, minlength=end - first))
-        index = np.zeros(end - first, np.int64)
-        index[present] = np.arange(len(present))
-        rows = index[local]
-        values = np.concatenate(pending.coefficients)
-        merged = np.empty((len(present), len(terms)), self._dtype)
-        for column in range(len(terms)):
-            # bincount adds in float64 and in the order of the samples, whatever the size of the band
-            merged[:, column] = np.bincount(rows, values[:, column], len(present)) / self._samples
-        return FilmBlock(terms, (present + first).astype(np.int32), merged)
+        """Mean over the samples of each pixel, added in float64 in the order of the deposits, whatever the band."""
+        if self._samples == 1 and len(pending.pixels) == 1 and _is_increasing(pending.pixels[0]):
+            values = pending.coefficients[0].astype(self._dtype, copy=False)
+            return FilmBlock(terms, pending.pixels[0].astype(np.int32), values)
+        is_lit = np.zeros(end - first, bool)
+        for pixels in pending.pixels:
+            is_lit[pixels - first] = True
+        present = np.flatnonzero(is_lit)
+        row_of = np.zeros(end - first, np.int64)
+        row_of[present] = np.arange(len(present))
+        total = np.zeros((len(present), len(terms)))
+        for pixels, values in zip(pending.pixels, pending.coefficients, strict=True):
+            rows = row_of[pixels - first]
+            if _is_increasing(pixels) or len(np.unique(rows)) == len(rows):
+                add_rows(total, rows, values)
+            else:
+                np.add.at(total, rows, values)
+        total /= self._samples
+        return FilmBlock(terms, (present + first).astype(np.int32), total.astype(self._dtype, copy=False))
 
     def _add_fixed(self, block: FilmBlock) -> None:
         table = self._spectra.tristimulus_table(block.terms, self._observer, self._grid)
-        self._fixed_image()[block.pixels] += block.coefficients @ table.astype(self._dtype)
+        add_rows(self._fixed_image(), block.pixels, block.coefficients @ table.astype(self._dtype))
 
     def _fall_back(self) -> None:
         """Turn what was collected into plain colour, and go on with plain colour."""
@@ -477,3 +515,20 @@ class FilmBuilder:
                 self._add_fixed(FilmBlock(terms, pixels.astype(np.int32), coefficients))
         self._merged.clear()
         self._bytes = 0
+
+
+def _is_finite(values: NDArray[np.floating[Any]]) -> bool:
+    """Whether all values are; their sum tells, unless it overflows by itself."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        if np.isfinite(values.sum()):
+            return True
+    return bool(np.isfinite(values).all())
+
+
+def _is_increasing(values: NDArray[np.integer[Any]]) -> bool:
+    return bool((values[1:] > values[:-1]).all())
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Concatenate; one part is not copied."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -16,7 +16,7 @@ from .plan import MaterialPlan, RenderPlan, exact_depth
 from .reflection.mirror import mirror_coefficients
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
-from .shading import SurfacePoints, component_coefficients, facing, surface_points
+from .shading import SurfacePoints, component_coefficients, facing, place_components, surface_points
 from .statistics import RenderStatistics
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
@@ -138,9 +138,9 @@ class Transport:
                 for (index, part), width, target in zip(groups, widths, coefficients, strict=True):
                     inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
                     if len(inside):
-                        target[inside - part.start, column * width : (column + 1) * width] = component_coefficients(
-                            self.scene.materials[index], points, illumination, inside
-                        )
+                        material = self.scene.materials[index]
+                        values = component_coefficients(material, points, illumination, inside)
+                        place_components(target, inside - part.start, column * width, values)
         return coefficients
 
     def _deposit_background(self, pixels: NDArray[np.int64], hits: Hits, polynomial: Polynomial) -> None:

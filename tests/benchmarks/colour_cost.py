@@ -19,11 +19,11 @@ import time
 import numpy as np
 
 from spectral_core.colorimetry import observer, wavelength_grid
-from spectral_core.film import FilmBuilder
+from spectral_core.film import FilmBuilder, add_rows
 from spectral_core.plan import make_plan
 from spectral_core.scene import RenderSettings
 from spectral_core.scene_spectra import SceneSpectra
-from spectral_core.shading import component_coefficients, facing, surface_points
+from spectral_core.shading import component_coefficients, facing, place_components, surface_points
 from spectral_core.tracing.geometry import Geometry
 from spectral_core.visibility import Visibility
 from tests.benchmarks.cost_scene import seconds_of, ten_balls
@@ -77,7 +77,7 @@ def by_terms(ready):
     }
     for number, index, part, rows, values in ready.parts():
         width = values.shape[1]
-        blocks[index][rows - part.start, number * width : (number + 1) * width] = values
+        place_components(blocks[index], rows - part.start, number * width, values)
     for index, part in ready.groups:
         film.deposit(ready.plan.materials[index].terms, ready.points.ray[part], blocks[index])
     film.deposit((ready.plan.background,), ready.missed, np.ones((len(ready.missed), 1), np.float32))
@@ -89,8 +89,7 @@ def by_vectors(ready, lamps, reflectances, background):
     """(b) and (c): a vector of C components a pixel, C = 61 or 3."""
     image = np.zeros((HEIGHT * WIDTH, len(background)), np.float32)
     for number, index, _, rows, values in ready.parts():
-        shaded = values @ (reflectances[index] * lamps[number])
-        image[ready.points.ray[rows]] += shaded
+        add_rows(image, ready.points.ray[rows], values @ (reflectances[index] * lamps[number]))
     image[ready.missed] += background
     return image.reshape(HEIGHT, WIDTH, -1)
 
