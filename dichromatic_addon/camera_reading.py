@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ._core import core
 
-__all__ = ["Region", "read_region", "window_from_projection"]
+__all__ = ["Region", "read_region", "view_camera", "window_from_projection"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,3 +78,21 @@ def window_from_projection(projection: NDArray[np.float64], orthographic: bool) 
         shift = projection[axis, 3] if orthographic else -projection[axis, 2]
         sides += [(-1.0 - shift) / scale, (1.0 - shift) / scale]
     return sides[0], sides[1], sides[2], sides[3]
+
+
+def view_camera(view_matrix: Any, window_matrix: Any) -> Any:
+    """Return the camera of a 3D view from its two matrices: camera from world, and OpenGL projection."""
+    projection = np.array(window_matrix, dtype=np.float64)
+    orthographic = bool(projection[3, 3] == 1.0)
+    scale, shift = projection[2, 2], projection[2, 3]
+    if orthographic:
+        near, far = (1.0 + shift) / scale, (shift - 1.0) / scale
+    else:
+        near, far = shift / (scale - 1.0), shift / (scale + 1.0)
+    return core.Camera(
+        matrix=np.linalg.inv(np.array(view_matrix, dtype=np.float64)),
+        window=window_from_projection(projection, orthographic),
+        kind="orthographic" if orthographic else "perspective",
+        clip_start=min(near, far),
+        clip_end=max(near, far),
+    )

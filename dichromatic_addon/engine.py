@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
+import gpu
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,7 @@ from ._core import core
 from .names import ENGINE_ID
 from .progress_bar import format_duration
 from .scene_export import ExportedScene, export_scene
+from .viewport import View, ViewSession
 
 __all__ = [
     "CLASSES",
@@ -134,6 +136,33 @@ class DichromaticRenderEngine(bpy.types.RenderEngine):
             _remember(listener, error)
             traceback.print_exc()
             self._fail(f"{type(error).__name__}: {error}")
+
+    def view_update(self, context: Any, depsgraph: Any) -> None:
+        """Take in a change of the scene; Blender calls it before the first drawing of a rendered view, too."""
+        self._view_session().update(depsgraph)
+        self.tag_redraw()
+
+    def view_draw(self, context: Any, depsgraph: Any) -> None:
+        """Render a slice of the view, and draw what there is."""
+        session = self._view_session()
+        render = context.scene.render
+        view = View.of(context.region, context.region_data, render.preview_pixel_size)
+        if session.advance(view):
+            self.tag_redraw()
+        self.update_stats("Dichromatic", session.status)
+        gpu.state.blend_set("ALPHA_PREMULT")
+        self.bind_display_space_shader(context.scene)
+        session.draw()
+        self.unbind_display_space_shader()
+        gpu.state.blend_set("NONE")
+
+    def _view_session(self) -> ViewSession:
+        # Kept on the engine's Python object; there is no __init__, because its signature differs between versions.
+        session: ViewSession | None = getattr(self, "_session", None)
+        if session is None:
+            session = ViewSession()
+            self._session = session
+        return session
 
     def _fail(self, reason: str) -> None:
         # error_set alone lets a script's render call end as FINISHED; report alone does not mark the result.

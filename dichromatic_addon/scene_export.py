@@ -84,7 +84,7 @@ class _Walk:
     meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
 
 
-def export_scene(depsgraph: Any, *, camera: Any = None, region: Region | None = None) -> ExportedScene:
+def export_scene(depsgraph: Any, *, camera: Any = None, view: tuple[Any, Region] | None = None) -> ExportedScene:
     """Read the evaluated scene.
 
     Parameters
@@ -93,8 +93,8 @@ def export_scene(depsgraph: Any, *, camera: Any = None, region: Region | None = 
         Evaluated; its scene and view layer are exported.
     camera : bpy.types.Object, optional
         Camera to look through instead of the scene's.
-    region : Region, optional
-        Rectangle to render instead of the one that the render settings ask for.
+    view : tuple of (Camera, Region), optional
+        The core's camera and the size of a 3D view, instead of any camera object.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def export_scene(depsgraph: Any, *, camera: Any = None, region: Region | None = 
     scene = depsgraph.scene
     view_layer = depsgraph.view_layer
     walk = _Walk(view_layer, view_layer.material_override)
-    core_camera, region = _camera(depsgraph, camera or scene.camera, region, walk.notes)
+    core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
     for instance in depsgraph.object_instances:
         _visit(walk, instance)
     _note_scene_features(scene, walk.notes)
@@ -134,7 +134,7 @@ def export_scene(depsgraph: Any, *, camera: Any = None, region: Region | None = 
     )
 
 
-def _camera(depsgraph: Any, camera: Any, region: Region | None, notes: list[str]) -> tuple[Any, Region]:
+def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]:
     scene = depsgraph.scene
     if camera is None:
         raise core.SceneError(f"scene '{scene.name}' has no camera: add one, or make one active with Ctrl+Numpad 0")
@@ -145,8 +145,7 @@ def _camera(depsgraph: Any, camera: Any, region: Region | None, notes: list[str]
     if data.type not in {"PERSP", "ORTHO"}:
         raise core.SceneError(f"camera '{camera.name}' must be perspective or orthographic, but is {data.type.lower()}")
     render = scene.render
-    if region is None:
-        region = read_region(render)
+    region = read_region(render)
     projection = np.array(
         evaluated.calc_matrix_camera(
             depsgraph,

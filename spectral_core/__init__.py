@@ -49,7 +49,7 @@ from .probe import PixelProbe, probe_pixel
 from .reflection.attenuation import ATTENUATIONS
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .render_file import open_render, save_render
-from .renderer import Render, render
+from .renderer import Render, render, render_bands
 from .resampling import resample
 from .rgb_uplift import uplift
 from .scene import RenderSettings, Scene, World
@@ -58,7 +58,7 @@ from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, ga
 from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
 from .studies import contact_sheet, metamerism_map, relit_by
-from .tracing import Camera, Instance, Mesh
+from .tracing import Camera, Geometry, Instance, Mesh
 from .tradeoff import QUALITIES, Tradeoff, measure_tradeoff, quality_settings
 
 __version__ = "0.1.0"
@@ -78,6 +78,7 @@ __all__ = [
     "Development",
     "DichromaticError",
     "Display",
+    "Geometry",
     "Instance",
     "InvalidParameterError",
     "Material",
@@ -132,6 +133,7 @@ __all__ = [
     "reflectance_names",
     "relit_by",
     "render",
+    "render_bands",
     "replacing",
     "resample",
     "save_render",

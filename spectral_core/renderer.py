@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -23,7 +23,7 @@ from .tracing.sampling import pixel_offsets
 from .transport import Transport
 from .visibility import Visibility
 
-__all__ = ["Band", "Cancel", "Progress", "Render", "render"]
+__all__ = ["Band", "Cancel", "Progress", "Render", "render", "render_bands"]
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -188,6 +188,46 @@ def render(
     return result
 
 
+def render_bands(
+    scene: Scene, settings: RenderSettings | None = None, *, geometry: Geometry | None = None
+) -> Iterator[Band]:
+    """Render a scene band by band, at the caller's pace: for views that must answer between two bands.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render; it needs a camera.
+    settings : RenderSettings, optional
+        How; the defaults when left out. ``band_samples`` bounds the work between two bands.
+    geometry : Geometry, optional
+        The triangles of the scene's instances, gathered earlier in the settings' precision.
+
+    Yields
+    ------
+    Band
+        From the top down.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no camera.
+    InvalidParameterError
+        If a spectrum or parameter is invalid.
+
+    References
+    ----------
+    As :func:`render`.
+    """
+    settings = settings or RenderSettings()
+    if scene.camera is None:
+        raise SceneError(f"scene '{scene.name}' has no camera")
+    job = _Job.prepare(scene, scene.camera, settings, _ignore_progress, _never, geometry)
+    for first, last in _bands(settings, [(0, settings.height)]):
+        finished: list[Band] = []
+        job.render_band(first, last, finished.append)
+        yield from finished
+
+
 def _bands(settings: RenderSettings, runs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     """Cut runs of rows into bands that keep to the bound of rays in memory."""
     height = max(1, settings.band_samples // settings.width)
@@ -235,7 +275,13 @@ class _Job:
 
     @classmethod
     def prepare(
-        cls, scene: Scene, camera: Camera, settings: RenderSettings, progress: Progress, cancel: Cancel
+        cls,
+        scene: Scene,
+        camera: Camera,
+        settings: RenderSettings,
+        progress: Progress,
+        cancel: Cancel,
+        geometry: Geometry | None = None,
     ) -> _Job:
         started = time.perf_counter()
         progress(0.0, "planning")
@@ -246,7 +292,8 @@ class _Job:
         # The spectra are integrated before the first ray: a lamp without luminance should fail now, not after minutes.
         spectra.tristimulus_table(plan.terms, sees, grid)
         progress(0.0, "gathering triangles")
-        geometry = Geometry.from_instances(scene.instances, dtype)
+        if geometry is None:
+            geometry = Geometry.from_instances(scene.instances, dtype)
         statistics = RenderStatistics(
             scene=scene.name,
             width=settings.width,
