@@ -49,12 +49,9 @@ def display_of(text: str) -> core.Display:
 
 def development_of(scene: Any) -> core.Development:
     """Return how the picture of a Blender scene is made: its adopted white, adaptation and exposure, for sRGB."""
-    from .properties import read_display
+    from . import picture
 
-    shown = read_display(scene)
-    return core.Development(
-        adopted_white=shown.white, adaptation=shown.adaptation, exposure=scene.view_settings.exposure
-    )
+    return picture.development_of(scene)
 
 
 @contextmanager

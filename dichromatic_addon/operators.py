@@ -21,6 +21,7 @@ __all__ = [
     "CLASSES",
     "IMAGE_NAME",
     "addon_registered",
+    "put_image",
     "register",
     "render_layers",
     "store_image",
@@ -119,17 +120,40 @@ def store_image(finished: FinishedLayer, name: str = IMAGE_NAME) -> Any:
     pixels[..., :3] = core.display("srgb").linear(xyz)
     if finished.exported.is_transparent:
         pixels[..., 3] = finished.render.alpha
+    return put_image(name, pixels, is_float=True)
+
+
+def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = False) -> Any:
+    """Put a picture into the Blender image of a name, made new where there is none that fits.
+
+    Parameters
+    ----------
+    name : str
+        Name of the datablock; another image that has it is renamed and kept.
+    pixels : ndarray, shape (H, W, 3) or (H, W, 4)
+        Row 0 is the top. Linear Rec.709 (premultiplied) for float images, else display values of sRGB, 0 to 1.
+    is_float : bool
+        Which of the two.
+
+    Returns
+    -------
+    bpy.types.Image
+        The image.
+    """
+    height, width, channels = pixels.shape
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :channels] = pixels
     image = bpy.data.images.get(name)
-    if image is not None and (not image.is_float or image.source != "GENERATED"):
+    if image is not None and (image.is_float != is_float or image.source != "GENERATED"):
         image.name = f"{name} (replaced)"  # somebody else's image of that name: keep it
         image = None
     if image is None:
-        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
+        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=is_float)
     elif tuple(image.size) != (width, height):
         image.generated_width, image.generated_height = width, height
-    image.colorspace_settings.name = "Linear Rec.709"
-    image.alpha_mode = "PREMUL"
-    image.pixels.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
+    image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
+    image.alpha_mode = "PREMUL" if is_float else "STRAIGHT"
+    image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
     image.update()
     return image
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._core import core
 from .properties import read_display
 
-__all__ = ["PictureColour", "picture_colour", "working_space_from_tristimulus"]
+__all__ = ["PictureColour", "development_of", "picture_colour", "working_space_from_tristimulus"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,4 +74,12 @@ def picture_colour(scene: Any) -> PictureColour:
     return PictureColour(
         adaptation=core.chromatic_adaptation(white, core.SRGB_WHITE, shown.adaptation),
         working_space=working_space_from_tristimulus(),
+    )
+
+
+def development_of(scene: Any) -> core.Development:
+    """Return how the picture of a Blender scene is made for sRGB: its adopted white, adaptation and exposure."""
+    shown = read_display(scene)
+    return core.Development(
+        adopted_white=shown.white, adaptation=shown.adaptation, exposure=scene.view_settings.exposure
     )
