@@ -30,6 +30,7 @@ __all__ = [
     "add_turned_uv",
     "empty_file",
     "extruded_mesh",
+    "height_field",
     "join_parts",
     "new_mesh",
     "parallel",
@@ -222,6 +223,21 @@ def _merged(points: np.ndarray, faces: list[tuple[int, ...]], normals: np.ndarra
         if len(ring) > 2:
             kept.append(tuple(ring))
     return points[first], kept, normals[first]
+
+
+def height_field(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Part:
+    """Build a sheet over a grid: x (C,), y (R,), z (R, C), seen from above, with the normals of the surface itself."""
+    rows, columns = z.shape
+    slope_y, slope_x = np.gradient(z, y, x)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(z)], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    points = np.stack([*np.meshgrid(x, y), z], axis=-1)
+    faces = [
+        (r * columns + c, r * columns + c + 1, (r + 1) * columns + c + 1, (r + 1) * columns + c)
+        for r in range(rows - 1)
+        for c in range(columns - 1)
+    ]
+    return points.reshape(-1, 3), faces, normals.reshape(-1, 3)
 
 
 def sphere(radius: float, segments: int, rings: int) -> Part:
@@ -435,7 +451,7 @@ def add_note(title: str, body: str) -> bpy.types.Text:
 
 
 def save(path: Path) -> None:
-    """Write the file, compressed, without a backup beside it.
+    """Write the file, compressed, without a backup beside it, and close it.
 
     Blender writes a file's own path into it, so it is saved elsewhere first: the folders of whoever made it stay out.
     """
@@ -443,3 +459,5 @@ def save(path: Path) -> None:
     first = Path(tempfile.gettempdir(), path.name)
     bpy.ops.wm.save_as_mainfile(filepath=str(first), compress=True, check_existing=False)
     shutil.move(first, path)
+    # As a module, Blender 4.2 crashes at the end over the pointers of a file that is still open.
+    bpy.ops.wm.read_factory_settings(use_empty=True)

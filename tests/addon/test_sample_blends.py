@@ -22,7 +22,7 @@ pytestmark = [
 ]
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-NAMES = ["cups", "metal_balls", "colour_booth"]
+NAMES = ["cups", "metal_balls", "colour_booth", "cloth"]
 LARGEST = 2_000_000  # bytes
 SIZE = (192, 108)
 LOBE = ("attenuation", "n", "beta", "beta_across", "mirror", "energy_conserving")  # of a material, besides its spectra
@@ -298,3 +298,32 @@ def test_booth_has_the_whole_chart_and_one_lamp() -> None:
         lamp.dichromatic.illuminant = name
         assert read_illuminant(lamp).key == core.illuminant(name).key
         assert read_display(scene).white.key == core.illuminant(name).key, "the picture adapts to the lamp"
+
+
+def test_cloth_is_the_paper_s_type_two_seen_from_two_sides() -> None:
+    import spectral_core as core
+    from dichromatic_addon.nodes.reading import read_material
+
+    scene = opened("cloth")
+    reading = read_material(scene.objects["Cloth"].active_material)
+    assert reading.notes == ()
+    material = reading.material
+    assert isinstance(material, core.TypeII)
+    assert (material.attenuation, material.n) == ("exponential", 10.0)
+    assert material.body_reflectance.key == core.reflectance("satin green body").key
+    assert material.interface_reflectance.key == core.reflectance("satin green interface").key
+    views = [item for item in scene.objects if item.type == "CAMERA"]
+    assert len(views) == 2
+    first, second = (np.array(view.location)[:2] for view in views)
+    angle = math.degrees(math.acos(first @ second / (np.linalg.norm(first) * np.linalg.norm(second))))
+    assert angle == pytest.approx(90.0, abs=5.0), "vertical and horizontal"
+    pictures = []
+    for view in views:
+        scene.camera = view
+        scene.render.resolution_x, scene.render.resolution_y = SIZE
+        picture = rendered(scene)[0]
+        red, green, blue = np.moveaxis(picture, -1, 0)
+        assert np.all((green > red) & (green > blue)), "green cloth fills the picture"
+        pictures.append(picture[..., 1])
+    assert np.max(pictures[0]) < 1.1
+    assert np.max(pictures[0]) > 2.0 * np.median(pictures[0]), "satin has highlights"
