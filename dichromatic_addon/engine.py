@@ -14,6 +14,7 @@ import gpu
 import numpy as np
 from numpy.typing import NDArray
 
+from . import last_render
 from ._core import core
 from .names import ENGINE_ID
 from .progress_bar import format_duration
@@ -125,6 +126,8 @@ class DichromaticRenderEngine(bpy.types.RenderEngine):
         listener = _captures[-1] if _captures and not self.is_preview else None
         try:
             finished = _LayerJob(self, listener).run(depsgraph)
+            if not self.is_preview:
+                last_render.remember(finished)
             if listener is not None:
                 listener.layers.append(finished)
         except (core.RenderCancelledError, KeyboardInterrupt) as error:
