@@ -52,8 +52,8 @@ folds" and "Across the folds" (select one; View, Cameras, Set Active Object as C
 
 Render it with F12. Then try:
 
-  * Material tab: Interface Reflectance from its Spectrum node to a white one (Constant 0.5):
-    the satin turns into green plastic.
+  * Material tab: Interface Reflectance from its own spectrum to a neutral one (Constant
+    0.5): the satin turns into green plastic.
   * Material tab: n from 10 to 4 for a duller weave, to 25 for silk.
   * Material tab: "satin red body" with "satin red interface".
 """
