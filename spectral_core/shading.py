@@ -203,7 +203,10 @@ def component_coefficients(
     Tominaga 1996, Eqs. 3 and 8-10: radiance = radiance factor x irradiance / pi.
     """
     coefficients = material.coefficients(
-        points.normal[index], illumination.to_light[index], points.to_viewer[index], points.tangent[index]
+        points.normal.take(index, axis=0),
+        illumination.to_light.take(index, axis=0),
+        points.to_viewer.take(index, axis=0),
+        points.tangent.take(index, axis=0) if material.needs_tangent else None,
     )
     scale = illumination.irradiance[index] / points.position.dtype.type(math.pi)
     result: NDArray[np.floating[Any]] = coefficients * scale[:, None]

@@ -5,7 +5,7 @@ import pytest
 
 from spectral_core.colorimetry import observer, wavelength_grid
 from spectral_core.errors import InvalidParameterError, RenderCancelledError, SceneError
-from spectral_core.film import FilmBuilder
+from spectral_core.film import FilmBuilder, add_rows
 from spectral_core.library import illuminant
 from spectral_core.lights import PointLight
 from spectral_core.renderer import render
@@ -35,11 +35,49 @@ def test_merging_is_the_mean_over_samples_whatever_the_order():
     assert np.array_equal(block.pixels, np.unique(pixels))
 
 
+@pytest.mark.parametrize("samples", [1, 3])
+@pytest.mark.parametrize("order", ["increasing", "shuffled"])
+def test_pixels_of_a_deposit_may_come_in_any_order(samples, order):
+    """Mirrored rays come sorted by what they met, those of the camera row by row; a pixel's sum is the same bits."""
+    rng = np.random.default_rng(1)
+    spectra = SceneSpectra.from_scene(still_life())
+    terms = (Term(0, (1,)), Term(1, (0,)), Term(2))
+    built = FilmBuilder(9, 6, samples, np.float32, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    expected = np.zeros((54, 3))
+    for _ in range(samples):
+        pixels = rng.permutation(54)[:40]
+        pixels = np.sort(pixels) if order == "increasing" else pixels
+        values = rng.random((40, 3)).astype(np.float32)
+        expected[pixels] += values
+        built.deposit(terms, pixels, values)
+    built.end_band(0, 6)
+    (block,) = built.finish().blocks
+    assert np.array_equal(block.pixels, np.flatnonzero(expected[:, 0]))
+    assert block.pixels.dtype == np.int32
+    assert np.array_equal(block.coefficients, (expected / samples).astype(np.float32)[block.pixels])
+
+
+def test_rows_are_added_where_they_belong():
+    rng = np.random.default_rng(2)
+    for width, dtype in ((1, np.float32), (3, np.float32), (7, np.float64)):
+        image = rng.random((20, width)).astype(dtype)
+        expected = image.copy()
+        index, rows = rng.permutation(20)[:12], rng.random((12, width)).astype(dtype)
+        for i, row in zip(index, rows, strict=True):
+            expected[i] += row
+        add_rows(image, index, rows)
+        assert np.array_equal(image, expected)
+
+
 def test_a_coefficient_that_is_not_finite_is_refused_with_its_pixel():
     spectra = SceneSpectra.from_scene(still_life())
     builder = FilmBuilder(5, 4, 1, np.float64, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
     with pytest.raises(InvalidParameterError, match=r"pixel \(3, 1\) is not finite"):
         builder.deposit((Term(0),), np.array([8]), np.array([[np.nan]]))
+    with pytest.raises(InvalidParameterError, match=r"pixel \(1, 2\) is not finite"):
+        builder.deposit((Term(0),), np.array([8, 11, 12]), np.array([[1.0], [np.inf], [-np.inf]]))
+    huge = np.full((2, 1), 3e38, np.float32)  # the sum of finite values may overflow
+    builder.deposit((Term(0),), np.array([8, 9]), huge)
 
 
 @pytest.mark.parametrize("band_samples", [1, 48, 200, 10**6])
