@@ -11,7 +11,6 @@ import bpy
 
 __all__ = [
     "FILE_PATH_OPTIONS",
-    "eevee_engine_id",
     "ensure_node_tree",
     "light_colour_factor",
     "light_exposure_factor",
@@ -25,11 +24,6 @@ _HAS_PERMANENT_TREES = bpy.app.version >= (5, 0, 0)  # materials and worlds alwa
 # Options of a file property that may hold a path beside the .blend ("//name"); from 4.5 on it must say that it may.
 FILE_PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set[str]()
 _LIGHTS_HAVE_PERMANENT_TREES = bpy.app.version >= (5, 2, 0)
-
-
-def eevee_engine_id() -> str:
-    """Return the identifier of EEVEE, which was another from 4.2 to 4.5."""
-    return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 
 def node_tree_of(owner: Any) -> Any:

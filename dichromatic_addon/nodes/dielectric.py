@@ -77,7 +77,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     recipe = GroupRecipe(
         tag=PLASTIC_NODE,
-        version=1,
+        version=2,
         name=".Dichromatic Plastic",
         inputs=(
             BODY_INPUT,
@@ -112,7 +112,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     recipe = GroupRecipe(
         tag=CLOTH_NODE,
-        version=1,
+        version=2,
         name=".Dichromatic Cloth",
         inputs=(
             BODY_INPUT,

@@ -36,7 +36,7 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
 
     recipe = GroupRecipe(
         tag=METAL_NODE,
-        version=1,
+        version=2,
         name=".Dichromatic Metal",
         inputs=(
             SocketRecipe(

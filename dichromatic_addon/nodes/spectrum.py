@@ -56,7 +56,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
 
     recipe = GroupRecipe(
         tag=SPECTRUM_NODE,
-        version=1,
+        version=2,
         name=".Dichromatic Spectrum",
         inputs=(
             SocketRecipe(

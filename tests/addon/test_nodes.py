@@ -251,6 +251,34 @@ def test_the_evaluated_copy_follows_a_change_of_samples(scene, tmp_path):
     np.testing.assert_array_equal(read_material(evaluated).material.body_reflectance.values, [0.7, 0.8, 0.9])
 
 
+def test_a_driven_number_is_read_from_the_evaluated_copy(scene):
+    material, node = new_material()
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(material)
+    driver = node.inputs["n"].driver_add("default_value").driver
+    driver.type, driver.expression = "SCRIPTED", "frame * 2"
+    for frame in (7, 9):
+        scene.frame_set(frame)
+        evaluated = material.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        assert read_material(evaluated).material.n == 2.0 * frame
+
+
+def test_a_library_override_reads_like_its_original(scene, tmp_path):
+    material, node = new_material()
+    node.inputs["n"].default_value = 29.0
+    link_spectrum_node(material.node_tree, node, "Body Reflectance").library_name = "plastic red"
+    material.use_fake_user = True
+    library = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=library)
+    expected = read_material(material).material
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.materials = ["Paint"]
+    override = bpy.data.materials["Paint"].override_create()
+    assert override.library is None
+    assert read_material(override).material == expected
+
+
 def test_cycles_renders_the_approximation(scene):
     """A lit plane in Cycles has the colour of the body; the interface adds next to nothing off the mirror angle."""
     if not hasattr(bpy.types.Scene, "cycles"):
