@@ -243,6 +243,7 @@ def test_intervals_hold_the_truth_95_times_in_100(material_type, noise) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize("noise", ["proportional", "uniform"])
 @pytest.mark.parametrize("material_type", ["I", "II", "III"])
 def test_intervals_hold_when_everything_is_left_to_the_data(material_type, noise) -> None:
