@@ -20,7 +20,7 @@ from .scene_export import ExportedScene, export_scene
 
 __all__ = ["Pass", "ProgressivePicture", "View", "ViewSession", "passes_of"]
 
-_COARSEST = 8  # pixels of the view on a side of the first picture's pixels
+_COARSEST = 16  # pixels of the view on a side of the first picture's pixels
 _BAND_PIXELS = 1 << 13  # a few hundredths of a second between two looks at the clock
 _SLICE_S = 0.04  # of rendering between two redraws: the view stays at about 20 pictures a second
 _LARGEST_HALF = 65519.0  # above this a half-precision texture holds infinity

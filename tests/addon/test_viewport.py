@@ -61,10 +61,10 @@ def test_view_is_that_of_its_matrices(stage: Any, kind: str) -> None:
 
 
 def test_passes_go_from_coarse_to_fine() -> None:
-    assert passes_of(1, 1) == (Pass(8, 1), Pass(4, 1), Pass(2, 1), Pass(1, 1))
+    assert passes_of(1, 1) == (Pass(16, 1), Pass(8, 1), Pass(4, 1), Pass(2, 1), Pass(1, 1))
     assert passes_of(1, 4)[-2:] == (Pass(1, 1), Pass(1, 4))
-    assert passes_of(4, 1) == (Pass(8, 1), Pass(4, 1))
-    assert passes_of(8, 2) == (Pass(8, 1), Pass(8, 2))
+    assert passes_of(4, 1) == (Pass(16, 1), Pass(8, 1), Pass(4, 1))
+    assert passes_of(8, 2) == (Pass(16, 1), Pass(8, 1), Pass(8, 2))
 
 
 def session_of(scene: Any) -> ViewSession:
@@ -98,10 +98,10 @@ def test_first_slice_covers_the_view(stage: Any) -> None:
     session.advance(view, seconds=1e-9)
     picture = picture_of(session)
     assert (picture.pixels[..., 3] == 1.0).all()
-    # Blocks of 8 pixels, cut off at the right and at the bottom.
-    assert np.ptp(picture.pixels[:8, :8], axis=(0, 1)).max() == 0.0
-    coarse = picture.pixels[::8, ::8, 1]
-    assert coarse.shape == (3, 5)
+    # Blocks of 16 pixels, cut off at the right and at the bottom.
+    assert np.ptp(picture.pixels[:16, :16], axis=(0, 1)).max() == 0.0
+    coarse = picture.pixels[::16, ::16, 1]
+    assert coarse.shape == (2, 3)
     assert np.ptp(coarse) > 0.1
     assert 0.0 < picture.done < 0.5
 
