@@ -200,8 +200,8 @@ class Film:
             rows = np.ascontiguousarray(table[[index[term] for term in block.terms]], dtype=dtype)
             for start in range(0, len(block.pixels), _ROWS_AT_ONCE):
                 part = slice(start, start + _ROWS_AT_ONCE)
-                values: NDArray[np.floating[Any]] = block.coefficients[part].astype(dtype, copy=False) @ rows
-                add_rows(image, block.pixels[part], values)
+                values = block.coefficients[part].astype(dtype, copy=False)
+                add_rows(image, block.pixels[part], np.matmul(values, rows))
         return image.reshape(self.height, self.width, table.shape[1])
 
     def spectrum_at(

@@ -48,12 +48,15 @@ def _radiance_factor(material, constants, normal, to_light, to_viewer):
     d = np.exp(-np.log(2.0) * alpha**2 / material.beta**2)
     nh, nv, nl, vh = normal @ half, normal @ to_viewer, normal @ to_light, to_viewer @ half
     g = min(1.0, 2.0 * nh * nv / vh, 2.0 * nh * nl / vh)
+    return d * g / nv * _eq_13(material, constants, vh)
+
+
+def _eq_13(material, constants, cosine):
     band = np.arange(400.0, 701.0, 5.0)
     n, k = (np.interp(band, constants.wavelengths_nm, values) for values in (constants.n, constants.k))
-    mean_here, mean_normal = _complex_fresnel(vh, n, k).mean(), _complex_fresnel(1.0, n, k).mean()
+    mean_here, mean_normal = _complex_fresnel(cosine, n, k).mean(), _complex_fresnel(1.0, n, k).mean()
     weight = (1.0 - mean_here) / (1.0 - mean_normal)
-    spectrum = weight * material.normal_reflectance.at(WAVELENGTHS) + (mean_here - mean_normal) / (1.0 - mean_normal)
-    return d * g / nv * spectrum
+    return weight * material.normal_reflectance.at(WAVELENGTHS) + (mean_here - mean_normal) / (1.0 - mean_normal)
 
 
 def _world_triangles(scene):
@@ -107,29 +110,53 @@ def _light(light, point):
     return to_light, distance, irradiance
 
 
-def image(scene, width, height, observer_name, offsets, constants=None):
-    """XYZ (height, width, 3) and, per pixel, whether any sample came close to an edge of a triangle or a shadow."""
+def image(scene, width, height, observer_name, offsets, constants=None, bounces=0):
+    """XYZ (height, width, 3): what every emitter's spectrum is multiplied by, times the lamps, summed."""
+    factors = transported(scene, width, height, offsets, constants, bounces)
+    emitters = [*scene.lights, scene.world]
+    return seen(factors, [e.illuminant for e in emitters], [e.strength for e in emitters], observer_name)
+
+
+def seen(factors, illuminants, strengths, observer_name):
+    """XYZ of :func:`transported` light under the given lamps."""
     functions = observer(observer_name).matching_functions
-    lamps = []
-    for lamp in [*scene.lights, scene.world]:
-        power = lamp.illuminant.at(WAVELENGTHS)
-        lamps.append(power / (power @ functions[:, 1]))
+    picture = np.zeros((*factors.shape[:2], 3))
+    for number, (illuminant, strength) in enumerate(zip(illuminants, strengths, strict=True)):
+        power = illuminant.at(WAVELENGTHS)
+        picture += factors[:, :, number] @ (strength * power[:, None] * functions / (power @ functions[:, 1]))
+    return picture
+
+
+def transported(scene, width, height, offsets, constants=None, bounces=0):
+    """Radiance (height, width, E, W) per unit of each emitter's strength and spectrum; the world is the last.
+
+    `constants` are the optical constants of each material, None where it is no metal; `bounces` is how often a ray may
+    be mirrored.
+    """
     corners, normals, materials = _world_triangles(scene)
-    picture = np.zeros((height, width, 3))
+    factors = np.zeros((height, width, len(scene.lights) + 1, len(WAVELENGTHS)))
     for row in range(height):
         for column in range(width):
             for dx, dy in offsets:
                 origins, directions = scene.camera.rays([column + dx], [row + dy], width, height)
-                spectrum = _sample(scene, corners, normals, materials, origins[0], directions[0], lamps, constants)
-                picture[row, column] += spectrum @ functions / len(offsets)
-    return picture
+                ray = (origins[0], directions[0], None)
+                found = _sample(scene, (corners, normals, materials), ray, constants, bounces)
+                factors[row, column] += found / len(offsets)
+    return factors
 
 
-def _sample(scene, corners, normals, materials, origin, direction, lamps, constants):
+def _sample(scene, surfaces, ray, constants, bounces):
+    """What one ray finds: (E, W). `ray` is its origin, its direction and the triangle that it leaves, if any."""
+    corners, normals, materials = surfaces
+    origin, direction, own = ray
+    found = np.zeros((len(scene.lights) + 1, len(WAVELENGTHS)))
     distance, u, v = _meet(corners, origin, direction)
+    if own is not None:
+        distance[own] = np.inf
     nearest = int(np.argmin(distance))
     if not np.isfinite(distance[nearest]):
-        return scene.world.strength * lamps[-1]
+        found[-1] = 1.0
+        return found
     weights = np.array([1.0 - u[nearest] - v[nearest], u[nearest], v[nearest]])
     point, normal = weights @ corners[nearest], weights @ normals[nearest]
     normal /= np.linalg.norm(normal)
@@ -142,8 +169,9 @@ def _sample(scene, corners, normals, materials, origin, direction, lamps, consta
     if normal @ to_viewer < 1e-4:
         normal = normal + (1e-4 - normal @ to_viewer) * to_viewer
         normal /= np.linalg.norm(normal)
-    total = np.zeros(len(WAVELENGTHS))
-    for light, lamp in zip(scene.lights, lamps, strict=False):
+    material = scene.materials[materials[nearest]]
+    metal = None if constants is None else constants[materials[nearest]]
+    for number, light in enumerate(scene.lights):
         to_light, reach, irradiance = _light(light, point)
         if normal @ to_light <= 0 or flat @ to_light <= 0 or irradiance <= 0:
             continue
@@ -151,7 +179,23 @@ def _sample(scene, corners, normals, materials, origin, direction, lamps, consta
         blocked, _, _ = _meet(others, point + 1e-12 * flat, to_light)
         if blocked.min() < reach:
             continue
-        material = scene.materials[materials[nearest]]
-        factor = _radiance_factor(material, constants, normal, to_light, to_viewer)
-        total += factor * irradiance / np.pi * lamp
-    return total
+        found[number] = (
+            _radiance_factor(material, metal, normal, to_light, to_viewer) * irradiance / (np.pi * light.strength)
+        )
+    if bounces and material.mirror > 0:
+        mirrored = 2.0 * (normal @ to_viewer) * normal - to_viewer
+        if mirrored @ flat <= 0:  # an interpolated normal may send the ray into the surface
+            mirrored = 2.0 * (flat @ to_viewer) * flat - to_viewer
+        share = material.mirror * _mirror_spectrum(material, metal, normal @ to_viewer)
+        found += share * _sample(scene, surfaces, (point, mirrored, nearest), constants, bounces - 1)
+    return found
+
+
+def _mirror_spectrum(material, constants, cosine):
+    """Eq. 13 for a metal; for the others the colour of the interface, 1 where it is highest."""
+    if isinstance(material, TypeIII):
+        return _eq_13(material, constants, cosine)
+    interface = material.interface_reflectance
+    if np.isscalar(interface):
+        return np.ones(len(WAVELENGTHS))
+    return interface.at(WAVELENGTHS) / interface.values.max()

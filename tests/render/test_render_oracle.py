@@ -23,7 +23,7 @@ def test_image_equals_the_spectral_sum_in_every_pixel(lamps, observer):
     settings = RenderSettings(WIDTH, HEIGHT, samples=2, observer=observer, precision="float64", seed=3)
     got = render(scene, settings).tristimulus()
     offsets = pixel_offsets(2, settings.pixel_filter, settings.filter_width, 3)
-    expected = brute_force.image(scene, WIDTH, HEIGHT, observer, offsets, optical_constants("copper"))
+    expected = brute_force.image(scene, WIDTH, HEIGHT, observer, offsets, (None, None, optical_constants("copper")))
     assert np.ptp(expected[..., 1]) > 0.2  # the picture has something to get wrong
     np.testing.assert_allclose(got, expected, rtol=FILM_AGAINST_BRUTE_FORCE)
 
