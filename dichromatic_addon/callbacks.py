@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["search_callback", "update_callback"]
+__all__ = ["get_callback", "search_callback", "set_callback", "update_callback"]
 
 
 def update_callback(function: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
@@ -32,3 +32,23 @@ def search_callback(function: Callable[[Any, Any, str], Any]) -> Callable[[Any, 
         return getattr(sys.modules[module], name)(owner, context, edit_text)
 
     return search
+
+
+def get_callback(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a property's ``get`` callback that finds a module's function, and calls it, when it is needed."""
+    module, name = function.__module__, function.__name__
+
+    def get(owner: Any) -> Any:
+        return getattr(sys.modules[module], name)(owner)
+
+    return get
+
+
+def set_callback(function: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
+    """Return a property's ``set`` callback that finds a module's function, and calls it, when it is needed."""
+    module, name = function.__module__, function.__name__
+
+    def assign(owner: Any, value: Any) -> None:
+        getattr(sys.modules[module], name)(owner, value)
+
+    return assign

@@ -10,7 +10,8 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty,
 
 from . import compat
 from ._core import core
-from .callbacks import search_callback, update_callback
+from .callbacks import get_callback, search_callback, set_callback, update_callback
+from .quality import apply_quality, quality_index, quality_items
 from .spectrum_sources import (
     illuminant_by_name,
     radiator,
@@ -104,7 +105,7 @@ class DisplaySettings:
     adaptation: str
 
 
-def _light_changed(settings: Any, context: Any) -> None:
+def _tag(settings: Any, context: Any) -> None:
     settings.id_data.update_tag()
 
 
@@ -121,20 +122,20 @@ class _Illuminant:
         description="Where the spectrum of the light comes from",
         items=source_items,
         default="COLOR",
-        update=update_callback(_light_changed),
+        update=update_callback(_tag),
     )
     illuminant: StringProperty(
         name="Lamp",
         description="Name of the lamp in the library: A, D50, D65, FL2, HP1, LED-B3, projector-halogen and others",
         default="D65",
         search=search_callback(search_illuminants),
-        update=update_callback(_light_changed),
+        update=update_callback(_tag),
     )
     radiator: EnumProperty(
         name="Radiator",
         description="Which family of lights the temperature selects from",
         items=radiator_items,
-        update=update_callback(_light_changed),
+        update=update_callback(_tag),
     )
     temperature: FloatProperty(
         name="Temperature",
@@ -145,7 +146,7 @@ class _Illuminant:
         max=25000.0,
         step=10000,
         precision=0,
-        update=update_callback(_light_changed),
+        update=update_callback(_tag),
     )
     filepath: StringProperty(
         name="File",
@@ -167,6 +168,14 @@ class DichromaticWorldSettings(_Illuminant, bpy.types.PropertyGroup):
 class DichromaticSceneSettings(bpy.types.PropertyGroup):
     """How a scene is rendered and shown."""
 
+    quality: EnumProperty(
+        name="Quality",
+        description="Sets rays a pixel, bounces, precision and the wavelengths of mirrored light together; "
+        "direct light is exact in all of them",
+        items=quality_items,
+        get=get_callback(quality_index),
+        set=set_callback(apply_quality),
+    )
     samples: IntProperty(
         name="Samples",
         description="Rays a pixel: smooths edges. Colors are exact with a single one",
@@ -203,12 +212,14 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         description="The eye that sees the spectra: the CIE's color-matching functions",
         items=observer_items,
         default="cie_1931_2",
+        update=update_callback(_tag),
     )
     grid: EnumProperty(
         name="Wavelengths",
         description="The wavelengths that spectra are integrated on",
         items=grid_items,
         default="exact",
+        update=update_callback(_tag),
     )
     max_bounces: IntProperty(
         name="Max Bounces",
@@ -224,6 +235,15 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         items=bounce_items,
         default="auto",
     )
+    term_limit: IntProperty(
+        name="Product Limit",
+        description="The longest list of products of spectra that a pixel may have; mirrored light beyond it is "
+        "carried at nodes, and such a render cannot be relit",
+        default=128,
+        min=1,
+        soft_max=1024,
+        max=65536,
+    )
     bounce_grid: EnumProperty(
         name="Nodes",
         description="The wavelengths that mirrored light is carried at, where it is carried at nodes",
@@ -235,21 +255,27 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         description="How the colors of the adopted white are brought to the display's white (D65)",
         items=adaptation_items,
         default="bradford",
+        update=update_callback(_tag),
     )
     white_source: EnumProperty(
         name="Adopted White",
         description="The light that the eye or camera has adapted to; it will look white",
         items=white_items,
         default="LIBRARY",
+        update=update_callback(_tag),
     )
     white_illuminant: StringProperty(
         name="Lamp",
         description="Name of the lamp in the library whose light is to look white",
         default="D65",
         search=search_callback(search_illuminants),
+        update=update_callback(_tag),
     )
     white_radiator: EnumProperty(
-        name="Radiator", description="Which family of lights the temperature selects from", items=radiator_items
+        name="Radiator",
+        description="Which family of lights the temperature selects from",
+        items=radiator_items,
+        update=update_callback(_tag),
     )
     white_temperature: FloatProperty(
         name="Temperature",
@@ -259,9 +285,13 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         max=25000.0,
         step=10000,
         precision=0,
+        update=update_callback(_tag),
     )
     white_light: PointerProperty(
-        name="Light", description="The light whose illuminant is to look white", type=bpy.types.Light
+        name="Light",
+        description="The light whose illuminant is to look white",
+        type=bpy.types.Light,
+        update=update_callback(_tag),
     )
 
 
@@ -390,6 +420,7 @@ def read_settings(scene: Any) -> core.RenderSettings:
         max_bounces=settings.max_bounces,
         bounce_spectra=settings.bounce_spectra,
         bounce_grid=settings.bounce_grid,
+        term_limit=settings.term_limit,
         precision=settings.precision,
     )
 
