@@ -74,10 +74,14 @@ class DichromaticNode:
     def init(self: Any, context: Any) -> None:
         """Give a new node the shared group, its defaults and its width."""
         self.node_tree = shared_group(self.recipe)
-        for socket in self.recipe.inputs:
-            if socket.hidden:
-                self.inputs[socket.name].hide = True
         self.width = 250
+        self.bring_up_to_date()
+
+    def bring_up_to_date(self: Any) -> None:
+        """Hide what only carries the node's properties, and set it; for new nodes and those of an older version."""
+        for socket in self.recipe.inputs:
+            if socket.hidden and socket.name in self.inputs:
+                self.inputs[socket.name].hide = True
         self.refresh()
 
     def refresh(self: Any) -> None:

@@ -43,7 +43,7 @@ def _after_load(*_: Any) -> None:
     for node in _our_nodes(_trees()):
         if node.node_tree is None:
             node.node_tree = shared_group(node.recipe)
-            node.refresh()
+        node.bring_up_to_date()
 
 
 @persistent

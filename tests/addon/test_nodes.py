@@ -59,6 +59,20 @@ def test_a_group_of_an_older_version_is_built_anew_and_keeps_the_links(scene):
     assert [socket.name for socket in node.inputs] == [recipe.name for recipe in node.recipe.inputs]
 
 
+def test_a_socket_that_an_older_version_lacked_appears_with_its_value(scene):
+    _, node = new_material(METAL_NODE)
+    node.anisotropic = True
+    interface = node.node_tree.interface
+    for name in ("Use Across", "Mirror"):
+        interface.remove(next(item for item in interface.items_tree if item.name == name))
+    node.node_tree[groups.VERSION_KEY] = 0
+    assert "Use Across" not in node.inputs
+    handlers._after_load()
+    assert node.inputs["Use Across"].hide
+    assert node.inputs["Use Across"].default_value == 1.0
+    assert not node.inputs["Mirror"].hide
+
+
 def test_the_attenuation_reaches_the_hidden_input(scene):
     _, node = new_material()
     for index, kind in enumerate(core.ATTENUATIONS):
