@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,10 @@ Integers = NDArray[np.int64]
 
 _BLOCK_BITS = 3
 """Cells are grouped in blocks of 2**3 by 2**3 for culling."""
+
+_CROWDING = 30.0
+"""How many times more often than on an even screen points must share cells before these are made smaller: cells cost
+time too, most are empty."""
 
 _LARGEST_COORDINATE = 2048.0
 """Screen coordinates stay below this; the last bit of one is the most that a position in cells can be off."""
@@ -67,15 +71,13 @@ class SampleGrid:
     farthest: Array
 
     @classmethod
-    def of(cls, x: Array, y: Array, nearness: Array, cells: int) -> SampleGrid:
-        """Sort samples.
+    def of(cls, x: Array, y: Array, nearness: Array) -> SampleGrid:
+        """Sort samples into a grid with about one cell for each, more where they crowd.
 
         Parameters
         ----------
         x, y, nearness : (N,) ndarray
             Screen positions and nearness, at least one.
-        cells : int
-            Number of cells along the longer side.
 
         Returns
         -------
@@ -94,27 +96,51 @@ class SampleGrid:
         dtype = x.dtype
         origin = x.min(), y.min()
         extent = max(float(x.max() - origin[0]), float(y.max() - origin[1]))
+        cells = _fineness(x - origin[0], y - origin[1], extent)
         scale = dtype.type(0.9999 * cells / extent if extent > 0.0 else 1.0)
         x, y = (x - origin[0]) * scale, (y - origin[1]) * scale
         # Whole blocks in every row: the cells of a block's row are neighbours.
         columns, rows = ((int(side.max()) >> _BLOCK_BITS) + 1 << _BLOCK_BITS for side in (x, y))
-        cell = y.astype(np.int64)
-        cell *= columns
-        cell += x.astype(np.int64)
-        start: NDArray[np.signedinteger[Any]]
-        start = np.zeros(columns * rows + 1, np.int32) if len(x) < 2**31 else np.zeros(columns * rows + 1, np.int64)
-        np.cumsum(np.bincount(cell, minlength=columns * rows), out=start[1:])
+        pad = 0.01 + 8.0 * float(np.finfo(dtype).eps * scale) * _LARGEST_COORDINATE
+        cell = _cells(x, y, columns)
         bits = len(x).bit_length()
         cell <<= bits
         cell |= np.arange(len(x))
         cell.sort()
         order = cell & ((1 << bits) - 1)
+        cell >>= bits
         x, y, nearness = np.take(x, order), np.take(y, order), np.take(nearness, order)
-        cell >>= bits + _BLOCK_BITS
-        farthest = _farthest(cell, nearness, columns, rows)
-        pad = 0.01 + 8.0 * float(np.finfo(dtype).eps * scale) * _LARGEST_COORDINATE
+        start, farthest = _index(cell, nearness, columns, rows)
         corner = float(origin[0]), float(origin[1])
         return cls(corner, float(scale), columns, rows, pad, start, x, y, nearness, order, farthest)
+
+    def without(self, removed: NDArray[np.bool_]) -> SampleGrid:
+        """Leave samples out.
+
+        Parameters
+        ----------
+        removed : (N,) ndarray of bool
+            True for those to leave out, in the grid's own order.
+
+        Returns
+        -------
+        SampleGrid
+            The others in the same cells.
+
+        Raises
+        ------
+        ValueError
+            By numpy, if all samples are left out.
+
+        References
+        ----------
+        Own design.
+        """
+        left = np.flatnonzero(~removed)
+        x, y, nearness = np.take(self.x, left), np.take(self.y, left), np.take(self.nearness, left)
+        start, farthest = _index(_cells(x, y, self.columns), nearness, self.columns, self.rows)
+        order = np.take(self.order, left)
+        return replace(self, start=start, x=x, y=y, nearness=nearness, order=order, farthest=farthest)
 
     def cells(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Bring screen positions to the grid, rounded as its samples were.
@@ -175,12 +201,40 @@ class SampleGrid:
         return within & (large | (nearest > np.take(self.farthest.ravel(), block)))
 
 
-def _farthest(segment: Integers, nearness: Array, columns: int, rows: int) -> Array:
-    """Least nearness per block of cells, spread to the blocks on the left and above; samples are given by block row."""
-    starts = np.flatnonzero(np.diff(segment, prepend=-1))
+def _fineness(x: Array, y: Array, extent: float) -> int:
+    """Cells along the longer side: 1.5 per root of the samples if they are spread evenly, more where they crowd."""
+    even = 1.5 * np.sqrt(len(x))
+    if extent > 0.0:
+        # In a grid too coarse for most of them, how many of some samples share a cell with a given one?
+        some = slice(None, None, max(len(x) // 65536, 1))
+        coarse = 0.2 * even
+        x, y = x[some] * (0.9999 * coarse / extent), y[some] * (0.9999 * coarse / extent)
+        population = np.bincount(_cells(x, y, int(coarse) + 1))
+        sharing = float(np.mean(population[population > 0] * (population[population > 0] - 1.0)))
+        sharing *= np.count_nonzero(population) / len(x)
+        expected = len(x) / coarse**2
+        even *= np.sqrt(max(sharing / (_CROWDING * expected), 1.0))
+    return int(np.clip(even, 16, 4096))
+
+
+def _cells(x: Array, y: Array, columns: int) -> Integers:
+    """Cell numbers of positions in cells."""
+    cell = y.astype(np.int64)
+    cell *= columns
+    cell += x.astype(np.int64)
+    return cell
+
+
+def _index(cell: Integers, nearness: Array, columns: int, rows: int) -> tuple[NDArray[np.signedinteger[Any]], Array]:
+    """First sample of each cell, and the least nearness per block spread to the blocks on the left and above."""
+    dtype = np.int32 if len(cell) < 2**31 else np.int64
+    start: NDArray[np.signedinteger[Any]] = np.zeros(columns * rows + 1, dtype)
+    np.cumsum(np.bincount(cell, minlength=columns * rows), out=start[1:])
+    segment = cell >> _BLOCK_BITS  # a row of cells of a block
+    first = np.flatnonzero(np.diff(segment, prepend=-1))
     segments = np.full(rows * columns >> _BLOCK_BITS, np.inf, nearness.dtype)
-    segments[segment[starts]] = np.minimum.reduceat(nearness, starts)
+    segments[segment[first]] = np.minimum.reduceat(nearness, first)
     blocks = segments.reshape(rows >> _BLOCK_BITS, 1 << _BLOCK_BITS, columns >> _BLOCK_BITS).min(axis=1)
     blocks[:, :-1] = np.minimum(blocks[:, :-1], blocks[:, 1:])
     blocks[:-1] = np.minimum(blocks[:-1], blocks[1:])
-    return blocks
+    return start, blocks

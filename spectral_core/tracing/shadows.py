@@ -38,6 +38,9 @@ _WIDEST = 3.0
 _NEAR = 1e-5
 """Depth, in scene radii, up to which nothing counts: closer to the light there is no telling what hides what."""
 
+_HIDDEN_PART = 0.35
+"""Part of the points of a grid that must be hidden before it is worth while to sort them out."""
+
 _NARROW = 3.0
 """Width in cells up to which a triangle is taken for its bounding box until its edges are tested."""
 
@@ -99,7 +102,7 @@ class LightView:
         if not self._geometry.triangle_count or not len(points):
             return hidden
         for number, chosen in self._faces(points):
-            at, owner = (points, own) if chosen is None else (points[chosen], own[chosen])
+            at, owner = (points, own) if chosen is None else (np.take(points, chosen, axis=0), np.take(own, chosen))
             projection = self._projections[number]
             if number not in self._screens:
                 self._screens[number] = projection.project(self._geometry, self._casting)
@@ -116,9 +119,11 @@ class LightView:
             yield 0, None
             return
         assert self._position is not None
-        away = points - self._position
-        axis = np.abs(away).argmax(axis=1)
-        face = 2 * axis + (np.take_along_axis(away, axis[:, None], axis=1)[:, 0] < 0.0)
+        x, y, z = (points[:, axis] - self._position[axis] for axis in range(3))
+        ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
+        face = (x < 0.0).astype(np.uint8)
+        np.copyto(face, (y < 0.0).astype(np.uint8) + np.uint8(2), where=ay > ax)
+        np.copyto(face, (z < 0.0).astype(np.uint8) + np.uint8(4), where=az > np.maximum(ax, ay))
         for number in range(6):
             chosen = np.flatnonzero(face == number)
             if len(chosen):
@@ -264,14 +269,25 @@ def _grid(projection: Projection, geometry: Geometry, points: Array) -> SampleGr
         nearness[part] = projection.nearness(
             np.maximum(depth - blur, 0.5 * depth) if projection.perspective else depth - blur
         )
-    return SampleGrid.of(x, y, nearness, int(np.clip(np.sqrt(len(points)) * 1.5, 16, 4096)))
+    return SampleGrid.of(x, y, nearness)
 
 
 def _hidden(screen: ScreenTriangles, grid: SampleGrid, own: Integers) -> NDArray[np.bool_]:
     """Points of a grid that triangles of the same screen hide, in the order the points were given."""
     x, y = grid.cells(screen.x, screen.y)
+    result = np.zeros(len(own), bool)
     dark = np.zeros(len(own), bool)
-    for k in range(0, len(screen.corners), _TRIANGLES):
+    starts = np.arange(0, len(screen.corners), _TRIANGLES)
+    closest = [np.take(screen.nearness, screen.corners[k : k + _TRIANGLES, 0]).max() for k in starts]
+    # From the light outward, so that points are found hidden early; once enough are, they leave the grid, and with them
+    # the need to look at what lies behind.
+    for k in starts[np.argsort(closest)[::-1]]:
+        if np.count_nonzero(dark) > _HIDDEN_PART * len(dark):
+            result[grid.order[dark]] = True
+            if dark.all():
+                return result
+            grid = grid.without(dark)
+            dark = np.zeros(len(grid.order), bool)
         a, b, c = np.ascontiguousarray(screen.corners[k : k + _TRIANGLES].T)
         y0, y1, y2 = np.take(y, a), np.take(y, b), np.take(y, c)
         top, bottom = np.minimum(np.minimum(y0, y1), y2), np.maximum(np.maximum(y0, y1), y2)
@@ -292,8 +308,7 @@ def _hidden(screen: ScreenTriangles, grid: SampleGrid, own: Integers) -> NDArray
                 )
                 plane = _Planes(x, y, screen.nearness, corners)
                 _shade(spans, plane, np.take(screen.triangle, k + some), grid, own, dark)
-    result = np.empty(len(dark), bool)
-    result[grid.order] = dark
+    result[grid.order[dark]] = True
     return result
 
 
