@@ -15,6 +15,7 @@ from spectral_core.tracing import (
     occluded_from_point,
     offset_origins,
 )
+from spectral_core.tracing.sample_grid import SampleGrid
 from tests.render.tracing_meshes import geometry_of, icosphere, slenderness, soup
 from tests.tolerances import TIED_RAYS
 
@@ -148,3 +149,30 @@ def test_no_triangles_and_no_points():
     assert occluded_from_point(full, single, None, (0, 0, 3)).tolist() == [True]
     with pytest.raises(TypeError, match="either position or to_light"):
         LightView(full)
+
+
+def test_points_found_hidden_leave_the_grid(monkeypatch):
+    """With many small blocks of triangles points are sorted out several times; nothing else changes."""
+    geometry = two_balls(1.0, 0.0)
+    for arguments in ({"position": LIGHTS["outside"]}, {"position": LIGHTS["between"]}, {"to_light": SUN}):
+        points, own = surface_points(geometry, np.random.default_rng(2), 20_000, light=np.array(LIGHTS["outside"]))
+        with monkeypatch.context() as patch:
+            patch.setattr("spectral_core.tracing.shadows._HIDDEN_PART", 2.0)
+            whole = LightView(geometry, **arguments).occluded(points, own)
+            patch.setattr("spectral_core.tracing.shadows._HIDDEN_PART", 0.05)
+            patch.setattr("spectral_core.tracing.shadows._TRIANGLES", 128)
+            np.testing.assert_array_equal(LightView(geometry, **arguments).occluded(points, own), whole)
+
+
+def test_crowded_points_get_a_finer_grid():
+    rng = np.random.default_rng(5)
+    even = rng.random((2, 20_000)).astype(np.float32)
+    crowded = np.concatenate([even[:, :200], 0.01 * even[:, 200:]], axis=1)
+    grids = [SampleGrid.of(x, y, np.ones(20_000, np.float32)) for x, y in (even, crowded)]
+    assert grids[1].columns > 2 * grids[0].columns
+    for grid in grids:
+        cell = grid.y.astype(int) * grid.columns + grid.x.astype(int)
+        np.testing.assert_array_equal(np.bincount(cell, minlength=grid.rows * grid.columns), np.diff(grid.start))
+        rest = grid.without(grid.x > 0.5 * grid.x.max())
+        assert rest.start[-1] == len(rest.order) == np.count_nonzero(grid.x <= 0.5 * grid.x.max())
+        np.testing.assert_array_equal(np.sort(rest.order), np.sort(grid.order[grid.x <= 0.5 * grid.x.max()]))
