@@ -47,6 +47,7 @@ from .lights import PointLight, SpotLight, SunLight
 from .plan import make_plan
 from .probe import PixelProbe, probe_pixel
 from .reflection.attenuation import ATTENUATIONS
+from .reflection.energy import energy_warnings
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .render_file import open_render, save_render
 from .renderer import Render, render, render_bands
@@ -109,6 +110,7 @@ __all__ = [
     "daylight",
     "delta_e_2000",
     "display",
+    "energy_warnings",
     "estimate",
     "fit_to_gamut",
     "fitting",

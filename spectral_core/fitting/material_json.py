@@ -33,6 +33,8 @@ __all__ = [
     "VERSION",
     "MaterialRecord",
     "Provenance",
+    "format_material_json",
+    "parse_material_json",
     "provenance_of_fit",
     "read_material_json",
     "write_material_json",
@@ -168,6 +170,58 @@ def _material_to_json(material: TypeI | TypeII | TypeIII) -> dict[str, Any]:
     }
 
 
+def format_material_json(
+    material: TypeI | TypeII | TypeIII, name: str = "", provenance: Provenance | None = None
+) -> str:
+    """Put a material with its provenance into the text of a material file.
+
+    Parameters
+    ----------
+    material : TypeI, TypeII or TypeIII
+        The material.
+    name : str, optional
+        Name of the material.
+    provenance : Provenance, optional
+        Where it comes from.
+
+    Returns
+    -------
+    str
+        JSON, from which :func:`parse_material_json` rebuilds the material without loss of a bit.
+
+    Raises
+    ------
+    InvalidParameterError
+        If the material is of another type.
+
+    References
+    ----------
+    Own design; the layout is described in docs/fitting.md.
+    """
+    if not isinstance(material, (TypeI, TypeII, TypeIII)):
+        raise InvalidParameterError(f"material must be of Type I, II or III, but is {type(material).__name__}")
+    origin = provenance or Provenance()
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": name,
+        "material": _material_to_json(material),
+        "provenance": {
+            "source": origin.source,
+            "recommended_type": origin.recommended_type,
+            "evidence": list(origin.evidence),
+            "notes": list(origin.notes),
+            "confidence": origin.confidence,
+            "relative_residual": origin.relative_residual,
+            "parameters": [
+                {"name": p.name, "value": p.value, "low": p.low, "high": p.high, "unit": p.unit}
+                for p in origin.parameters
+            ],
+        },
+    }
+    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
 def write_material_json(
     path: str | os.PathLike[str],
     material: TypeI | TypeII | TypeIII,
@@ -198,28 +252,7 @@ def write_material_json(
     ----------
     Own design; the layout is described in docs/fitting.md.
     """
-    if not isinstance(material, (TypeI, TypeII, TypeIII)):
-        raise InvalidParameterError(f"material must be of Type I, II or III, but is {type(material).__name__}")
-    origin = provenance or Provenance()
-    content = {
-        "format": FORMAT,
-        "version": VERSION,
-        "name": name,
-        "material": _material_to_json(material),
-        "provenance": {
-            "source": origin.source,
-            "recommended_type": origin.recommended_type,
-            "evidence": list(origin.evidence),
-            "notes": list(origin.notes),
-            "confidence": origin.confidence,
-            "relative_residual": origin.relative_residual,
-            "parameters": [
-                {"name": p.name, "value": p.value, "low": p.low, "high": p.high, "unit": p.unit}
-                for p in origin.parameters
-            ],
-        },
-    }
-    write_text_atomically(path, json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    write_text_atomically(path, format_material_json(material, name, provenance))
 
 
 class _Node:
@@ -369,12 +402,44 @@ def read_material_json(path: str | os.PathLike[str]) -> MaterialRecord:
     """
     file = Path(path)
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise SpectrumFileError(f"{file}: there is no such file") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (OSError, UnicodeDecodeError) as error:
         raise SpectrumFileError(f"{file}: cannot be read as JSON ({error})") from error
-    root = _Node(file.name, "", content)
+    return parse_material_json(text, file.name)
+
+
+def parse_material_json(text: str, source: str = "material") -> MaterialRecord:
+    """Rebuild a material from the text of a material file.
+
+    Parameters
+    ----------
+    text : str
+        JSON as :func:`format_material_json` makes it.
+    source : str, optional
+        Name of the file or place that the text comes from, for the messages.
+
+    Returns
+    -------
+    MaterialRecord
+        The core's material, its name, and its provenance.
+
+    Raises
+    ------
+    SpectrumFileError
+        If the text is no JSON or no material, is of a newer version, or a key is missing or breaks a rule; the message
+        names the source, the key and the rule.
+
+    References
+    ----------
+    Own design; the layout is described in docs/fitting.md.
+    """
+    try:
+        content = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise SpectrumFileError(f"{source}: cannot be read as JSON ({error})") from error
+    root = _Node(source, "", content)
     if root.text("format") != FORMAT:
         raise root.fail("format", f"must be {FORMAT!r}, but is {root.text('format')!r}")
     version = root.number("version")
@@ -387,4 +452,4 @@ def read_material_json(path: str | os.PathLike[str]) -> MaterialRecord:
     except SpectrumFileError:
         raise
     except DichromaticError as error:
-        raise SpectrumFileError(f"{file.name}: {error}") from error
+        raise SpectrumFileError(f"{source}: {error}") from error
