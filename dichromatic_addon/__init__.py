@@ -7,9 +7,26 @@ __all__ = ["register", "unregister"]
 
 def _modules() -> tuple[object, ...]:
     """Return the modules in the order of registration; imported late, so that the package itself needs no Blender."""
-    from . import cli, engine, nodes, operators, panels, preferences, presets, properties
+    from . import (
+        cli,
+        engine,
+        estimation,
+        last_render,
+        live_relight,
+        nodes,
+        operators,
+        panels,
+        preferences,
+        presets,
+        properties,
+        render_files,
+        studies,
+        study_panels,
+        study_settings,
+    )
 
-    return (properties, preferences, nodes, presets, panels, engine, operators, cli)
+    studying = (study_settings, last_render, live_relight, studies, render_files, estimation, study_panels)
+    return (properties, preferences, nodes, presets, panels, engine, operators, *studying, cli)
 
 
 def register() -> None:

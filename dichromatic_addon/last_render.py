@@ -11,7 +11,16 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-__all__ = ["KeptRender", "forget", "kept_render", "register", "remember", "renderable_objects", "replace_with", "unregister"]
+__all__ = [
+    "KeptRender",
+    "forget",
+    "kept_render",
+    "register",
+    "remember",
+    "renderable_objects",
+    "replace_with",
+    "unregister",
+]
 
 _FACELESS = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 

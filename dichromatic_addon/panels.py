@@ -257,6 +257,9 @@ class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
         layout.prop(settings, "max_bounces")
         layout.prop(settings, "bounce_spectra", text="Spectra")
         column = layout.column()
+        column.active = settings.bounce_spectra == "auto"
+        column.prop(settings, "term_limit")
+        column = layout.column()
         column.active = settings.bounce_spectra != "terms"
         column.prop(settings, "bounce_grid")
 

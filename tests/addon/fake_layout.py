@@ -39,7 +39,7 @@ class FakeLayout:
         _require_icon(icon)
         self.drawn.append(("label", text))
 
-    def prop(self, data: Any, name: str, *, text: str | None = None, icon: str = "NONE", expand: bool = False) -> None:
+    def prop(self, data: Any, name: str, *, text: str | None = None, icon: str = "NONE", **_: Any) -> None:
         assert name in data.bl_rna.properties, f"{data} has no property {name}"
         _require_icon(icon)
         getattr(data, name)
@@ -72,6 +72,16 @@ class FakeLayout:
     def template_icon(self, icon_value: int, *, scale: float = 1.0) -> None:
         assert isinstance(icon_value, int)
         self.drawn.append(("icon", str(icon_value)))
+
+    def template_list(
+        self, kind: str, name: str, data: Any, items: str, active_data: Any, active: str, **_: Any
+    ) -> None:
+        drawer = getattr(bpy.types, kind)
+        for property_data, property_name in ((data, items), (active_data, active)):
+            assert property_name in property_data.bl_rna.properties
+        for item in getattr(data, items):
+            drawer.draw_item(None, None, self._sub(), data, item, 0, active_data, active)
+        self.drawn.append(("template_list", items))
 
     def template_node_view(self, tree: Any, node: Any, socket: Any) -> None:
         assert socket.node == node

@@ -1,0 +1,199 @@
+"""The spectra of a scene as it is now, in the slots of a render that was made before: nothing is traced for them.
+
+Lights and materials are found by their names. What spectra cannot express (a light that grew, a surface that became
+glossier) is told as a difference between the relit picture and a new render.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import bpy
+import mathutils
+import numpy as np
+
+from ._core import core
+from .camera_reading import read_region
+from .light_reading import read_light, read_world_colour
+from .nodes.reading import read_material
+from .picture import picture_colour
+from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
+
+__all__ = ["Relit", "relit_layer", "settings_differences"]
+
+_POWERS = {"power_w", "irradiance", "strength", "name"}
+_COSINES = np.array([0.0, 0.2, 0.5, 0.8])
+_NOT_PICTURE = {"band_samples", "film_bytes", "observer", "grid", "seed"}
+
+
+@dataclass(frozen=True, slots=True)
+class Relit:
+    """A render with the scene's present spectra.
+
+    Attributes
+    ----------
+    finished : FinishedLayer
+        The relit render and how its colours are shown.
+    differences : tuple of str
+        Where it departs from a new render.
+    """
+
+    finished: Any
+    differences: tuple[str, ...]
+
+
+def relit_layer(scene: Any, finished: Any) -> Relit:
+    """Apply the present spectra, observer and adaptation of a scene to a finished layer.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        The scene, as it is edited.
+    finished : FinishedLayer
+        The layer as it was rendered.
+
+    Returns
+    -------
+    Relit
+        Shares the film.
+
+    Raises
+    ------
+    DichromaticError
+        If lights or materials of the render are gone, a spectrum cannot be read, or the film cannot be relit.
+    """
+    render = finished.render
+    differences: list[str] = []
+    emitters = _emitters(scene, finished, differences)
+    slots = _slots(finished, differences)
+    spectra = replace(render.spectra, emitters=emitters, slots=slots)
+    settings = scene.dichromatic
+    if render.film.is_relightable or _differs(spectra, render.spectra) or settings.observer != render.observer:
+        render = replace(render.relit(spectra), observer=settings.observer, grid=settings.grid)
+    exported = replace(finished.exported, colour=picture_colour(scene))
+    return Relit(replace(finished, render=render, exported=exported), tuple(differences))
+
+
+def settings_differences(scene: Any, finished: Any) -> list[str]:
+    """Name the render settings that were changed since a layer was rendered, as the panels have them."""
+    now, then = read_settings(scene), finished.exported.settings
+    region = read_region(scene.render)
+    now = replace(now, width=region.width, height=region.height)
+    names = [
+        f.name for f in fields(now) if f.name not in _NOT_PICTURE and getattr(now, f.name) != getattr(then, f.name)
+    ]
+    return [name.replace("_", " ") for name in names]
+
+
+def _differs(one: Any, other: Any) -> bool:
+    def content(spectra: Any) -> list[Any]:
+        lamps = [(e.illuminant.key, e.strength) for e in spectra.emitters]
+        return [*lamps, *(slot.reflectance.key for slot in spectra.slots)]
+
+    return content(one) != content(other)
+
+
+# ---- lights
+
+
+def _emitters(scene: Any, finished: Any, differences: list[str]) -> tuple[Any, ...]:
+    *lamps, world = finished.render.spectra.emitters
+    then = {light.name: light for light in finished.exported.scene.lights}
+    now: dict[str, Any] = {}
+    for name in dict.fromkeys(lamp.name for lamp in lamps):
+        light = bpy.data.lights.get(name)
+        if light is None:
+            raise core.SceneError(f"light '{name}' of the kept render is gone or has another name: render again")
+        now[name] = _light(light)
+        if now[name] is not None and name in then:
+            _compare_lights(name, then[name], now[name], differences)
+    for obj in scene.objects:
+        new = obj.type == "LIGHT" and not obj.hide_render and obj.data.name not in now
+        if new and _light(obj.data) is not None:
+            differences.append(f"light '{obj.data.name}' was not there, or had no power, when the picture was rendered")
+    relit = [
+        replace(lamp, strength=0.0)
+        if now[lamp.name] is None
+        else replace(lamp, illuminant=now[lamp.name].illuminant, strength=now[lamp.name].strength)
+        for lamp in lamps
+    ]
+    return (*relit, _world(scene, world, differences))
+
+
+def _light(light: Any) -> Any | None:
+    return read_light(light, mathutils.Matrix(), read_illuminant(light), light_luminance(light), [])
+
+
+def _compare_lights(name: str, then: Any, now: Any, differences: list[str]) -> None:
+    if type(then) is not type(now):
+        differences.append(f"light '{name}' became another kind of light")
+        return
+    for part in fields(now):
+        # What the light's own matrix decides is watched where objects move; here it is read without one.
+        values = getattr(then, part.name), getattr(now, part.name)
+        if part.name not in _POWERS and isinstance(values[1], float | int | str) and values[0] != values[1]:
+            differences.append(f"{part.name.replace('_', ' ')} of light '{name}' was changed")
+
+
+def _world(scene: Any, then: Any, differences: list[str]) -> Any:
+    world = scene.world
+    colour, strength = read_world_colour(world, [])
+    if scene.render.film_transparent or strength <= 0.0 or max(colour) <= 0.0:
+        return replace(then, strength=0.0)
+    if then.strength == 0.0:
+        differences.append(f"world '{world.name}' was black when the picture was rendered")
+        return then
+    illuminant, luminance = world_illuminant(scene, colour)
+    return replace(then, illuminant=illuminant, strength=strength * luminance)
+
+
+# ---- materials
+
+
+def _slots(finished: Any, differences: list[str]) -> tuple[Any, ...]:
+    exported = finished.exported.scene
+    then = dict(zip(exported.material_names, exported.materials, strict=True))
+    now: dict[str, dict[str, Any]] = {}
+    slots = []
+    for slot in finished.render.spectra.slots:
+        if slot.material not in now:
+            material = _material(slot.material)
+            now[slot.material] = dict(zip(material.component_names, material.reflectances, strict=True))
+            if slot.material in then:
+                _compare_materials(slot.material, then[slot.material], material, differences)
+        if slot.component not in now[slot.material]:
+            raise core.SceneError(f"material '{slot.material}' became another kind of material: render again")
+        slots.append(replace(slot, reflectance=now[slot.material][slot.component]))
+    return tuple(slots)
+
+
+def _material(name: str) -> Any:
+    material = bpy.data.materials.get(name)
+    if material is None and name != "(no material)":
+        raise core.SceneError(f"material '{name}' of the kept render is gone or has another name: render again")
+    return read_material(material).material
+
+
+def _compare_materials(name: str, then: Any, now: Any, differences: list[str]) -> None:
+    if then.component_names != now.component_names:
+        return  # told where the slots are filled
+    for part in fields(now):
+        if part.name.startswith("_") or part.name not in {f.name for f in fields(then)}:
+            continue
+        values = getattr(then, part.name), getattr(now, part.name)
+        if part.name == "mean_reflectance":
+            if not np.array_equal(*(mean.weight_of_checked(_COSINES) for mean in values)):
+                differences.append(
+                    f"'{name}' turns white towards grazing incidence as the metal that was rendered does"
+                )
+        elif (
+            part.name != "interface_reflectance"
+            and isinstance(values[1], float | int | str | None)
+            and values[0] != values[1]
+        ):
+            differences.append(f"{part.name.replace('_', ' ')} of material '{name}' was changed")
+    if "body" in now.component_names and (now.energy_conserving or now.mirror > 0.0):
+        strongest = [float(material.reflectances[0].values.max()) for material in (then, now)]
+        if strongest[0] != strongest[1]:
+            differences.append(f"the strength of the interface of material '{name}' also decides where light goes")
