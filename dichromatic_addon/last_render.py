@@ -45,6 +45,8 @@ class KeptRender:
         Where a relit picture departs from a new render.
     problem : str
         Why the last relighting failed; empty when it did not.
+    map_report, probe_report : str
+        What the last metamerism map and the last probe of this picture found.
     """
 
     layers: dict[str, Any] = field(default_factory=dict)
@@ -54,6 +56,8 @@ class KeptRender:
     outdated: dict[str, None] = field(default_factory=dict)
     differences: tuple[str, ...] = ()
     problem: str = ""
+    map_report: str = ""
+    probe_report: str = ""
 
     def layer(self, name: str) -> Any:
         """Return what is shown of a view layer, or of the first where that one was not rendered."""

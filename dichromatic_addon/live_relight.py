@@ -55,6 +55,8 @@ def relight(scene: Any, *, always: bool = False) -> list[Any]:
         if always or _look(layer.finished) != _look(kept.shown[name]):
             images.append(store_image(layer.finished, IMAGE_NAME if len(relit) == 1 else f"{IMAGE_NAME} {name}"))
         kept.shown[name] = layer.finished
+    if images:
+        kept.map_report = kept.probe_report = ""  # they are of the colours before
     _redraw()
     return images
 

@@ -29,12 +29,16 @@ _LABEL_SCALE = 2
 _GAP = 8  # pixels between the pictures of a sheet
 
 
-def _shown(context: Any) -> Any:
-    """Return the layer of the last render that the studies look at."""
+def _kept(context: Any) -> last_render.KeptRender:
     kept = last_render.kept_render(context.scene)
     if kept is None:
         raise core.SceneError(f"no render of scene '{context.scene.name}' is kept: render it first, or open one")
-    return kept.layer(context.view_layer.name)
+    return kept
+
+
+def _shown(context: Any) -> Any:
+    """Return the layer of the last render that the studies look at."""
+    return _kept(context).layer(context.view_layer.name)
 
 
 def _show(context: Any, image: Any) -> None:
@@ -95,7 +99,7 @@ class DICHROMATIC_OT_metamerism_map(_Study, bpy.types.Operator):
         found = core.metamerism_map(finished.render, *lamps, development_of(context.scene))
         _show(context, put_image(MAP_IMAGE, found.picture(self.largest)))
         report = found.describe()
-        context.scene.dichromatic_studies.map_report = report
+        _kept(context).map_report = report
         self.report({"INFO"}, report)
 
 
@@ -169,7 +173,8 @@ class DICHROMATIC_OT_probe_pixel(_Study, bpy.types.Operator):
         text.from_string(probe.csv())
         put_image(PROBE_IMAGE, plot_spectra(probe.wavelengths_nm, *_parts(probe), report.splitlines()[0]))
         settings = context.scene.dichromatic_studies
-        settings.probe_x, settings.probe_y, settings.probe_report = self.x, self.y, report
+        settings.probe_x, settings.probe_y = self.x, self.y
+        _kept(context).probe_report = report
         self.report({"INFO"}, report)
 
 
@@ -212,11 +217,10 @@ class DICHROMATIC_OT_pick_pixel(_Study, bpy.types.Operator):
 
     def pick(self, context: Any, u: float, v: float) -> set[str]:
         """Probe the pixel at a place of the image, 0 to 1 from its lower left corner."""
-        kept = last_render.kept_render(context.scene)
-        if kept is None or not (0.0 <= u < 1.0 and 0.0 <= v < 1.0):
+        if not (0.0 <= u < 1.0 and 0.0 <= v < 1.0):
             self.report({"WARNING"}, "that place lies outside the picture")
             return {"CANCELLED"}
-        film = kept.layer(context.view_layer.name).render.film
+        film = _shown(context).render.film
         return set(bpy.ops.dichromatic.probe_pixel(x=int(u * film.width), y=int(v * film.height)))
 
     def cancel(self, context: Any) -> None:

@@ -1,11 +1,10 @@
-"""The panels of quality and of the studies: in Render properties, and in the sidebar of the Image Editor."""
+"""The panels of the studies: in Render properties, and in the sidebar of the Image Editor."""
 
 from typing import Any
 
 import bpy
 
 from . import last_render
-from .estimation import estimate_lines
 from .names import ENGINE_ID
 from .relighting import settings_differences
 from .study_settings import STANDARD_LAMPS
@@ -45,23 +44,6 @@ class _InImageEditor:
     @classmethod
     def poll(cls, context: Any) -> bool:
         return context.engine == ENGINE_ID or last_render.kept_render(context.scene) is not None
-
-
-class DICHROMATIC_PT_quality(_InRenderProperties, bpy.types.Panel):
-    bl_label = "Quality"
-    bl_order = -2
-
-    def draw(self, context: Any) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        layout.prop(context.scene.dichromatic, "quality")
-        layout.operator("dichromatic.estimate", icon="TIME")
-        lines = estimate_lines(context.scene)
-        if lines:
-            column = layout.column(align=True)
-            for line in lines:
-                draw_wrapped(column, line, "BLANK1" if line != lines[0] else "INFO", panel_line(context))
 
 
 class _StudyInImageEditor(_InImageEditor):
@@ -139,6 +121,11 @@ def _draw_state(layout: Any, context: Any, kept: last_render.KeptRender) -> None
         draw_wrapped(layout, f"Out of date: {'; '.join(reasons[:2])}{more}. Render again to see it", "INFO", width)
 
 
+def _report(context: Any, name: str) -> str:
+    kept = last_render.kept_render(context.scene)
+    return str(getattr(kept, name)) if kept is not None else ""
+
+
 class _Map:
     bl_label = "Metamerism Map"
     bl_options = {"DEFAULT_CLOSED"}
@@ -154,7 +141,7 @@ class _Map:
         layout.prop(settings, "largest")
         made = layout.operator("dichromatic.metamerism_map", icon="COLOR")
         made.first, made.second, made.largest = settings.first_lamp, settings.second_lamp, settings.largest
-        draw_wrapped(layout, settings.map_report, "INFO", panel_line(context))
+        draw_wrapped(layout, _report(context, "map_report"), "INFO", panel_line(context))
 
 
 class _Sheet:
@@ -199,7 +186,7 @@ class _Probe:
         if self.bl_space_type == "IMAGE_EDITOR":
             row.operator("dichromatic.pick_pixel", text="", icon="EYEDROPPER")
         column = layout.column(align=True)
-        for line in settings.probe_report.splitlines():
+        for line in _report(context, "probe_report").splitlines():
             draw_wrapped(column, line, "BLANK1" if line.startswith(" ") else "INFO", panel_line(context))
 
 
@@ -256,7 +243,6 @@ class DICHROMATIC_PT_image_probe(_Probe, _StudyInImageEditor, bpy.types.Panel):
 
 CLASSES = (
     DICHROMATIC_UL_lamps,
-    DICHROMATIC_PT_quality,
     DICHROMATIC_PT_studies,
     DICHROMATIC_PT_studies_map,
     DICHROMATIC_PT_studies_sheet,

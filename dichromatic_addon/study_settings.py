@@ -81,10 +81,6 @@ class DichromaticStudySettings(bpy.types.PropertyGroup):
         min=0,
         subtype="PIXEL",
     )
-    probe_report: StringProperty(
-        name="Report", description="What reached the pixel that was probed last, split by light and reflectance"
-    )
-    map_report: StringProperty(name="Report", description="The color differences of the last metamerism map")
 
 
 def sheet_lamps(settings: Any) -> list[str]:

@@ -12,7 +12,16 @@ import bpy
 import numpy as np
 import pytest
 
-from dichromatic_addon import last_render, live_relight, quality, render_files, studies, study_panels, study_settings
+from dichromatic_addon import (
+    last_render,
+    live_relight,
+    panels,
+    quality,
+    render_files,
+    studies,
+    study_panels,
+    study_settings,
+)
 from dichromatic_addon._core import core
 from dichromatic_addon.bitmap_font import draw_text, text_width
 from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE
@@ -310,7 +319,7 @@ def test_the_map_is_the_cores(rendered: Any) -> None:
     assert picture.shape == (HEIGHT, WIDTH, 4)
     assert found.delta_e.max() > 1.0
     np.testing.assert_allclose(picture[..., :3], found.picture(4.0), atol=EIGHT_BITS)
-    assert rendered.dichromatic_studies.map_report == found.describe()
+    assert last_render.kept_render(rendered).map_report == found.describe()
     with pytest.raises(RuntimeError, match="none such"):
         bpy.ops.dichromatic.metamerism_map(first="none such")
 
@@ -366,7 +375,7 @@ def test_a_probed_pixel_adds_up_to_its_colour(rendered: Any) -> None:
     np.testing.assert_allclose(table[:, 2:].sum(axis=1), table[:, 1], atol=1e-8 * table[:, 1].max())  # 9 digits
     xyz = table[:, 1] @ core.observer(render.observer).matching_functions
     np.testing.assert_allclose(xyz, render.tristimulus()[HEIGHT - 1 - y, x], rtol=FILM_AGAINST_BRUTE_FORCE)
-    report = rendered.dichromatic_studies.probe_report
+    report = last_render.kept_render(rendered).probe_report
     assert report.startswith(f"pixel ({x}, {y}): Y {xyz[1]:.4f}")
     assert "Key x" in report
     assert tuple(bpy.data.images[studies.PROBE_IMAGE].size) == PLOT_SIZE
@@ -378,11 +387,35 @@ def _csv_rows() -> list[str]:
     return bpy.data.texts[studies.PROBE_TEXT].as_string().splitlines()[1:]
 
 
+def test_reports_are_of_the_present_colours(rendered: Any) -> None:
+    bpy.ops.dichromatic.probe_pixel(x=20, y=5)
+    bpy.ops.dichromatic.metamerism_map()
+    edited()
+    kept = last_render.kept_render(rendered)
+    assert kept.probe_report
+    assert kept.map_report
+    from_the_library(rendered)
+    edited()
+    assert (kept.probe_report, kept.map_report) == ("", "")
+
+
+def test_a_picked_place_is_the_pixel_under_it(rendered: Any) -> None:
+    said: list[str] = []
+    operator = SimpleNamespace(report=lambda kind, text: said.append(text))
+    pick = studies.DICHROMATIC_OT_pick_pixel.pick
+    assert pick(operator, bpy.context, 0.51, 0.99) == {"FINISHED"}
+    settings = rendered.dichromatic_studies
+    assert (settings.probe_x, settings.probe_y) == (20, HEIGHT - 1)
+    assert pick(operator, bpy.context, 1.01, 0.5) == {"CANCELLED"}
+    assert said == ["that place lies outside the picture"]
+    assert not bpy.ops.dichromatic.pick_pixel.poll()  # no Image Editor without a window
+
+
 def test_a_black_pixel_can_be_probed(rendered: Any) -> None:
     rendered.camera.rotation_euler.x = math.radians(85)
     bpy.ops.render.render()
     assert bpy.ops.dichromatic.probe_pixel(x=0, y=HEIGHT - 1) == {"FINISHED"}
-    assert "is black" in rendered.dichromatic_studies.probe_report
+    assert "is black" in last_render.kept_render(rendered).probe_report
 
 
 def test_the_plot_follows_the_values() -> None:
@@ -485,11 +518,11 @@ def test_the_limit_of_products_reaches_the_core(studio: Any) -> None:
 
 def test_the_estimate_is_shown_until_the_settings_change(studio: Any) -> None:
     assert bpy.ops.dichromatic.estimate() == {"FINISHED"}
-    lines = draw(study_panels.DICHROMATIC_PT_quality, studio).names("label")
+    lines = draw(panels.DICHROMATIC_PT_sampling, studio).names("label")
     assert any(line.startswith("About ") for line in lines)
     assert any("mean" in line for line in lines)
     studio.dichromatic.samples = 3
-    lines = draw(study_panels.DICHROMATIC_PT_quality, studio).names("label")
+    lines = draw(panels.DICHROMATIC_PT_sampling, studio).names("label")
     assert lines == ["Settings changed since the estimate"]
     studio.camera = None
     assert not bpy.ops.dichromatic.estimate.poll()
@@ -530,7 +563,7 @@ def test_panels_in_every_state(rendered: Any, panel: Any) -> None:
     if panel.bl_label in ("Studies", "Last Render"):
         assert layout.names("prop") == ["live_relight"]
         assert "dichromatic.open_render" in draw(panel, rendered).names("operator")
-    elif panel.bl_label != "Quality":
+    else:
         context = SimpleNamespace(scene=rendered, engine=rendered.render.engine)
         assert not panel.poll(context)
 
