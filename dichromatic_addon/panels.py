@@ -5,6 +5,8 @@ from typing import Any
 import bpy
 
 from .compat import node_tree_of
+from .estimation import estimate_lines
+from .material_notes import draw_energy_warnings, draw_provenance
 from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
@@ -96,8 +98,11 @@ class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
         heading.alignment = "RIGHT"
         heading.label(text="Type")
         split.operator_menu_enum("dichromatic.set_surface", "node_type", text=label, icon="NODE_MATERIAL")
+        layout.operator("dichromatic.import_material", icon="IMPORT")
         if node is not None and node.bl_idname in SURFACE_NODES:
             _draw_surface_node(layout, context, node)
+            draw_energy_warnings(layout, material, panel_line(context))
+            draw_provenance(layout, node, panel_line(context))
             return
         what = "its viewport color" if node is None else "the color of this node"
         draw_wrapped(
@@ -227,11 +232,16 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
         settings = context.scene.dichromatic
+        layout.prop(settings, "quality")
         layout.prop(settings, "samples")
         column = layout.column()
         column.prop(settings, "pixel_filter")
         column.prop(settings, "filter_width")
         layout.prop(settings, "seed")
+        column = layout.column(align=True)
+        column.operator("dichromatic.estimate", icon="TIME")
+        for index, line in enumerate(estimate_lines(context.scene)):
+            column.label(text=line, icon="BLANK1" if index else "INFO")
 
 
 class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):

@@ -9,6 +9,7 @@ from bpy.props import StringProperty
 
 from .names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE
 from .nodes.editing import link_spectrum_node, set_surface_node
+from .nodes.imported import forget_record
 
 __all__ = ["CLASSES", "PRESETS", "MaterialPreset", "apply_preset", "register", "unregister"]
 
@@ -130,8 +131,9 @@ def apply_preset(material: Any, preset: MaterialPreset) -> Any:
         The surface node.
     """
     node = set_surface_node(material, preset.node_type)
+    forget_record(node)  # what was imported into it is no longer what it is
     if preset.node_type == METAL_NODE:
-        node.metal = preset.metal
+        node.source, node.metal = "LIBRARY", preset.metal
         node.anisotropic = preset.across_degrees > 0.0
         node.inputs["beta"].default_value = math.radians(preset.beta_degrees)
         if node.anisotropic:

@@ -11,8 +11,10 @@ from .fallback import COLOUR_INPUTS
 
 __all__ = [
     "CLASSES",
+    "editable_material",
     "link_spectrum_node",
     "material_output",
+    "remove_unused_spectra",
     "set_surface_node",
     "surface_items",
     "surface_node_of",
@@ -84,7 +86,7 @@ def set_surface_node(material: Any, node_type: str) -> Any:
             tree.nodes.remove(old)
         else:
             old.location.y -= 400
-        _remove_unused_spectra(tree)
+        remove_unused_spectra(tree)
     tree.update_tag()
     return node
 
@@ -109,7 +111,7 @@ def _keep_inputs(tree: Any, old: Any, new: Any) -> None:
             setattr(new, name, getattr(old, name))
 
 
-def _remove_unused_spectra(tree: Any) -> None:
+def remove_unused_spectra(tree: Any) -> None:
     """Remove spectra that fed only the node that has gone, and what fed only them."""
     while unused := [
         node
@@ -143,10 +145,11 @@ def unlink_spectrum_node(tree: Any, node: Any, input_name: str) -> None:
             scale = source.inputs["Scale"].default_value
             socket.default_value = (*(part * scale for part in shown[:3]), 1.0)
         tree.links.remove(link)
-    _remove_unused_spectra(tree)
+    remove_unused_spectra(tree)
 
 
-def _editable_material(context: Any) -> Any:
+def editable_material(context: Any) -> Any:
+    """Return the material that a panel shows or the active object has; None where it may not be edited."""
     material = getattr(context, "material", None) or getattr(context.object, "active_material", None)
     return material if material is not None and material.library is None else None
 
@@ -161,14 +164,14 @@ class DICHROMATIC_OT_set_surface(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        return _editable_material(context) is not None
+        return editable_material(context) is not None
 
     @classmethod
     def description(cls, context: Any, properties: Any) -> str:
         return next(item[2] for item in surface_items if item[0] == properties.node_type)
 
     def execute(self, context: Any) -> set[str]:
-        set_surface_node(_editable_material(context), self.node_type)
+        set_surface_node(editable_material(context), self.node_type)
         return {"FINISHED"}
 
 
@@ -182,11 +185,11 @@ class DICHROMATIC_OT_link_spectrum(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        material = _editable_material(context)
+        material = editable_material(context)
         return material is not None and surface_node_of(material) is not None
 
     def execute(self, context: Any) -> set[str]:
-        material = _editable_material(context)
+        material = editable_material(context)
         node = surface_node_of(material)
         if self.input_name not in node.inputs:
             self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
@@ -208,7 +211,7 @@ class DICHROMATIC_OT_unlink_spectrum(bpy.types.Operator):
         return DICHROMATIC_OT_link_spectrum.poll(context)
 
     def execute(self, context: Any) -> set[str]:
-        material = _editable_material(context)
+        material = editable_material(context)
         node = surface_node_of(material)
         if self.input_name not in node.inputs:
             self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")

@@ -7,6 +7,7 @@ from typing import Any
 from .._core import core
 from ..spectrum_sources import radiator, reflectance_by_name, uplifted
 from ..spectrum_store import stored_spectrum
+from .imported import kept_spectrum
 
 __all__ = ["spectrum_of_node"]
 
@@ -36,6 +37,8 @@ def spectrum_of_node(node: Any, scale: float = 1.0) -> core.Spectrum:
         spectrum = reflectance_by_name(node.library_name)
     elif source == "FILE":
         spectrum = stored_spectrum(node, node.filepath)
+    elif source == "STORED":
+        spectrum = kept_spectrum(node)
     elif source == "TEMPERATURE":
         spectrum = radiator(node.radiator, node.temperature)
     elif source == "GAUSSIAN":

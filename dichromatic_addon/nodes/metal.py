@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from .._core import core
 from ..callbacks import search_callback, update_callback
@@ -14,8 +14,19 @@ from ..spectrum_sources import search_metals
 from .approximation import build_metal, scene_linear_rgb
 from .base import MIRROR_INPUT, SURFACE_OUTPUT, DichromaticNode, draw_link_problems, set_input
 from .groups import GroupRecipe, SocketRecipe
+from .imported import imported_metal, record_of, record_problem
 
 __all__ = ["CLASSES", "DichromaticNodeMetal"]
+
+source_items = (
+    ("LIBRARY", "Library", "A metal of the library, by its measured optical constants", "ASSET_MANAGER", 0),
+    ("IMPORTED", "Imported", "The metal of an imported material, kept in the .blend alone", "IMPORT", 1),
+)
+
+incidence_items = (
+    ("facet", "On the Facet", "The angle between the light and the facet that mirrors it to the viewer", 0),
+    ("surface", "On the Surface", "The angle between the light and the normal of the surface", 1),
+)
 
 
 def _changed(node: Any, context: Any) -> None:
@@ -67,6 +78,13 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         build=build_metal,
     )
 
+    source: EnumProperty(
+        name="Source",
+        description="Where the reflectance of the metal comes from",
+        items=source_items,
+        default="LIBRARY",
+        update=update_callback(_changed),
+    )
     metal: StringProperty(
         name="Metal",
         description="The metal, by its measured optical constants n and k",
@@ -78,6 +96,13 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         name="Anisotropic",
         description="Give the facets another roughness across the tangent (the U direction of the UVs) than along it",
         default=False,
+        update=update_callback(_changed),
+    )
+    incidence: EnumProperty(
+        name="Incidence",
+        description="The angle at which the metal's reflectance is taken as it turns white towards grazing light",
+        items=incidence_items,
+        default="facet",
         update=update_callback(_changed),
     )
     energy_conserving: BoolProperty(
@@ -95,22 +120,44 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         self.inputs["beta across"].hide = not self.anisotropic
         set_input(self, "Use Across", 1.0 if self.anisotropic else 0.0)
         try:
-            constants = core.optical_constants(self.metal)
-            colour = scene_linear_rgb(core.TypeIII.from_optical_constants(constants, beta=0.1).normal_reflectance)
+            colour = scene_linear_rgb(self.normal_reflectance())
         except core.DichromaticError:
             colour = (0.0, 0.0, 0.0, 1.0)  # the node's own label and the render tell the reason
         set_input(self, "RGB", colour)
 
+    def normal_reflectance(self: Any) -> core.Spectrum:
+        """Return S_I, the reflectance at normal incidence.
+
+        Raises
+        ------
+        DichromaticError
+            If the library lacks the metal, or none was imported.
+        """
+        if self.source == "IMPORTED":
+            return imported_metal(self).normal_reflectance
+        constants = core.optical_constants(self.metal)
+        return core.TypeIII.from_optical_constants(constants, beta=0.1).normal_reflectance
+
+    def _draw_source(self: Any, layout: Any, **text: str) -> None:
+        layout.prop(self, "source", **text)
+        if self.source == "LIBRARY":
+            layout.prop(self, "metal", **text)
+            return
+        record = None if record_problem(self) else record_of(self)
+        if record is not None:
+            layout.label(text=record.name or "Imported metal")
+
     def draw_compact(self: Any, layout: Any) -> None:
         """Draw without labels, inside the node."""
-        layout.prop(self, "metal", text="")
+        self._draw_source(layout, text="")
         layout.prop(self, "anisotropic")
         layout.prop(self, "energy_conserving")
         draw_link_problems(self, layout)
 
     def draw_labelled(self: Any, layout: Any) -> None:
         """Draw the same with labels, for sidebar and panel."""
-        layout.prop(self, "metal")
+        self._draw_source(layout)
+        layout.prop(self, "incidence")
         column = layout.column()
         column.prop(self, "anisotropic")
         column.prop(self, "energy_conserving")

@@ -7,9 +7,10 @@ from typing import Any
 
 from .._core import core
 from ..compat import node_tree_of
-from ..names import CLOTH_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
+from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
 from ..spectrum_store import stored_problem
 from .fallback import dominant_shader, read_foreign_shader, read_viewport_colour
+from .imported import imported_metal, record_problem, spectrum_problem
 from .inputs import InputReader
 from .links import Origin, origin_of
 
@@ -129,12 +130,22 @@ def link_problems(node: Any) -> list[str]:
         problems += _source_problems(node)
     elif node.node_tree is None:
         problems.append("the hidden node group is missing; add the node anew")
-    elif getattr(node, "metal", None) is not None and node.metal not in core.metal_names():
-        problems.append(f"the library has no metal '{node.metal}'")
+    elif node.bl_idname == METAL_NODE:
+        problems += _metal_problems(node)
     return problems
 
 
+def _metal_problems(node: Any) -> list[str]:
+    if node.source == "IMPORTED":
+        problem = record_problem(node)
+        return [problem] if problem else []
+    return [] if node.metal in core.metal_names() else [f"the library has no metal '{node.metal}'"]
+
+
 def _source_problems(node: Any) -> list[str]:
+    if node.source == "STORED":
+        problem = spectrum_problem(node)
+        return [problem] if problem else []
     if node.source == "FILE":
         problem = stored_problem(node, node.filepath)
         return [problem] if problem else []
@@ -172,14 +183,23 @@ def _read_surface_node(origin: Origin, reader: InputReader) -> core.Material:
                 mirror=reader.number(node, "Mirror", groups),
                 energy_conserving=node.energy_conserving,
             )
-        return core.TypeIII.from_optical_constants(
-            core.optical_constants(node.metal),
-            beta=reader.number(node, "beta", groups),
-            beta_across=reader.number(node, "beta across", groups) if node.anisotropic else None,
-            mirror=reader.number(node, "Mirror", groups),
-            energy_conserving=node.energy_conserving,
-        )
+        return _read_metal(origin, reader)
     except core.SceneError:
         raise  # names the node already
     except core.DichromaticError as error:
         raise core.SceneError(f"{reader.place(node)}: {error}") from error
+
+
+def _read_metal(origin: Origin, reader: InputReader) -> core.TypeIII:
+    node, groups = origin.node, origin.groups
+    numbers: dict[str, Any] = {
+        "beta": reader.number(node, "beta", groups),
+        "beta_across": reader.number(node, "beta across", groups) if node.anisotropic else None,
+        "incidence": node.incidence,
+        "energy_conserving": node.energy_conserving,
+        "mirror": reader.number(node, "Mirror", groups),
+    }
+    if node.source == "IMPORTED":
+        metal = imported_metal(node)
+        return core.TypeIII(metal.normal_reflectance, metal.mean_reflectance, **numbers)
+    return core.TypeIII.from_optical_constants(core.optical_constants(node.metal), **numbers)

@@ -16,6 +16,7 @@ from .approximation import build_spectrum, scene_linear_rgb
 from .base import DichromaticNode, draw_link_problems, set_input
 from .evaluation import spectrum_of_node
 from .groups import GroupRecipe, SocketRecipe
+from .imported import kept_spectrum, spectrum_problem
 from .plot import draw_plot
 
 __all__ = ["CLASSES", "DichromaticNodeSpectrum"]
@@ -33,6 +34,7 @@ source_items = (
     ("GAUSSIAN", "Band", "A Gaussian band on a constant base", "SMOOTHCURVE", 3),
     ("CONSTANT", "Constant", "The same value at every wavelength: a neutral grey", "REMOVE", 4),
     ("COLOR", "RGB Uplift", "The smooth spectrum whose color under daylight (D65) is the one chosen", "COLOR", 5),
+    ("STORED", "Imported", "The samples of an imported material, kept in the .blend alone", "IMPORT", 6),
 )
 
 
@@ -182,6 +184,8 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             return f"{'Daylight' if self.radiator == 'DAYLIGHT' else 'Blackbody'} {self.temperature:.0f} K"
         if self.source == "GAUSSIAN":
             return f"Band at {self.centre_nm:.0f} nm"
+        if self.source == "STORED":
+            return ("" if spectrum_problem(self) else kept_spectrum(self).name) or "Imported Spectrum"
         return "Spectrum"
 
     def draw_compact(self: Any, layout: Any) -> None:
