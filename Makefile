@@ -56,10 +56,6 @@ format:  ## let ruff format and mend what it can
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-figures:  ## docs/figures: the counterparts of the paper's figures
-	@$(SETUP) figures
-	$(BIN)/python tools/make_figures.py
-
 stability:  ## docs/stability.md: the worst errors of the reflection laws
 	@$(SETUP)
 	$(BIN)/python -m tools.stability_table
