@@ -25,7 +25,7 @@ DEFAULT_WAVELENGTHS_NM: NDArray[np.float64] = np.arange(400.0, 701.0, 5.0)
 DEFAULT_WAVELENGTHS_NM.flags.writeable = False
 
 LAYOUT_VERSION = "1.0"
-UNITS = "W.m^-2.sr^-1.nm^-1"
+UNITS = "W.m^-2.sr^-1"  # the word that the layout's reference writer uses for spectral radiance
 
 
 def channel_name(wavelength_nm: float) -> str:
