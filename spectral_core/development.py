@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .colorimetry import ADAPTATIONS, chromatic_adaptation, observer, white_point
 from .display import GAMUT_METHODS, Display, GamutMapping, display, fit_to_gamut
 from .spectra import Spectrum
-from .validation import require_choice, require_finite
+from .validation import require_choice, require_in_range
 
 __all__ = ["Development"]
 
@@ -29,7 +29,7 @@ class Development:
     adaptation : str
         "none" (default: the paper's direct way from XYZ to the display), "bradford" or "cat16".
     exposure : float
-        Stops by which the picture is brightened.
+        Stops by which the picture is brightened, -100 to 100.
     gamut : str
         "clip" or "compress", for colours that the display cannot show.
     """
@@ -43,7 +43,7 @@ class Development:
     def __post_init__(self) -> None:
         require_choice("adaptation", self.adaptation, ADAPTATIONS)
         require_choice("gamut", self.gamut, GAMUT_METHODS)
-        require_finite("exposure", self.exposure)
+        require_in_range("exposure", self.exposure, -100.0, 100.0, unit="stops")
 
     def adapted(self, tristimulus: NDArray[np.floating[Any]], observer_name: str) -> NDArray[np.float64]:
         """Bring tristimulus values to the display's white.
