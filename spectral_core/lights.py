@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidParameterError
-from .spectra import Spectrum
+from .spectra import Spectrum, require_not_negative
 from .validation import require_finite, require_in_range, require_shape
 
 __all__ = ["Illumination", "Light", "PointLight", "SpotLight", "SunLight"]
@@ -77,7 +77,7 @@ class PointLight:
     name : str
         Shown in the plan, and the handle for relighting.
     radius : float
-        Radius of the emitting sphere (m); 0 casts hard shadows.
+        Radius of the emitting sphere (m); kept for reference, shadows are hard whatever it is.
     """
 
     position: NDArray[np.float64]
@@ -135,7 +135,7 @@ class SunLight:
     name : str
         Shown in the plan, and the handle for relighting.
     angle : float
-        Angular diameter (rad); 0 casts hard shadows.
+        Angular diameter (rad); kept for reference, shadows are hard whatever it is.
     """
 
     to_light: NDArray[np.float64]
@@ -199,7 +199,7 @@ class SpotLight:
     name : str
         Shown in the plan, and the handle for relighting.
     radius : float
-        Radius of the emitting sphere (m); 0 casts hard shadows.
+        Radius of the emitting sphere (m); kept for reference, shadows are hard whatever it is.
     """
 
     position: NDArray[np.float64]
@@ -265,6 +265,7 @@ def _check_strength(light: Light) -> None:
             f"illuminant of light '{light.name}' must be a Spectrum, but is {light.illuminant!r}"
         )
     require_in_range(f"strength of light '{light.name}'", light.strength, 0.0)
+    require_not_negative(f"illuminant of light '{light.name}'", light.illuminant)
 
 
 def _normalise(offset: FloatArray) -> tuple[FloatArray, FloatArray]:

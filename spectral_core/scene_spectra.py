@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from .colorimetry import Observer, WavelengthGrid, tristimulus_weights
 from .errors import InvalidParameterError
 from .reflection.materials import GRAZING
-from .spectra import Spectrum
+from .resampling import resample
+from .spectra import Spectrum, require_not_negative
 from .validation import require_in_range
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class Emitter:
         if not isinstance(self.illuminant, Spectrum):
             raise InvalidParameterError(f"illuminant of light '{self.name}' must be a Spectrum")
         require_in_range(f"strength of light '{self.name}'", self.strength, 0.0)
+        require_not_negative(f"illuminant of light '{self.name}'", self.illuminant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,9 @@ class ReflectanceSlot:
     component: str
     reflectance: Spectrum
     is_unit: bool = False
+
+    def __post_init__(self) -> None:
+        require_not_negative(f"{self.component} reflectance of material '{self.material}'", self.reflectance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +282,8 @@ class SceneSpectra:
         terms : sequence of Term, length K
             The terms.
         wavelengths_nm : ndarray, shape (W,)
-            Where to sample (nm).
+            Where to sample (nm), increasing. Lamps whose data are finer than these steps are averaged over them, so
+            that a line between two samples is not lost.
         observer : Observer
             Whose luminance brings the illuminants to Y = 1.
 
@@ -290,7 +296,7 @@ class SceneSpectra:
         Raises
         ------
         InvalidParameterError
-            If an illuminant has no luminance for the observer.
+            If an illuminant has no luminance for the observer, or the wavelengths do not increase.
 
         References
         ----------
@@ -302,7 +308,8 @@ class SceneSpectra:
             if emitter.strength == 0.0:
                 continue
             luminance = _luminance(emitter.illuminant, observer)
-            lamp = emitter.illuminant.at(wavelengths_nm) * (emitter.strength / luminance)
+            power = resample(emitter.illuminant, wavelengths_nm).spectrum.values
+            lamp = power / luminance * emitter.strength
             table[row] = lamp * self.product_at(term.slots, wavelengths_nm)
         return table
 
@@ -367,7 +374,7 @@ class SceneSpectra:
 def _luminance(illuminant: Spectrum, observer: Observer) -> float:
     """Integral of illuminant times the observer's y at 1 nm."""
     y = observer.matching_functions[:, 1]
-    total = float(illuminant.at(observer.wavelengths_nm) @ y)
+    total = float(resample(illuminant, observer.wavelengths_nm).spectrum.values @ y)
     if not total > 0.0:
         raise InvalidParameterError(f"illuminant '{illuminant.name}' has no luminance for observer {observer.name}")
     return total

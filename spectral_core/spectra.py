@@ -17,7 +17,15 @@ from .errors import InvalidParameterError
 from .interpolation import interpolate
 from .validation import require_choice, require_finite, require_in_range
 
-__all__ = ["LARGEST_VALUE", "REFERENCE_WAVELENGTHS_NM", "Spectrum", "blackbody", "daylight", "gaussian"]
+__all__ = [
+    "LARGEST_VALUE",
+    "REFERENCE_WAVELENGTHS_NM",
+    "Spectrum",
+    "blackbody",
+    "daylight",
+    "gaussian",
+    "require_not_negative",
+]
 
 REFERENCE_WAVELENGTHS_NM: NDArray[np.float64] = np.arange(360.0, 831.0)
 """The wavelengths (471,) of the CIE tables, 360 to 830 nm at 1 nm, on which all integrals of the package are done."""
@@ -235,6 +243,33 @@ class Spectrum:
         values = self.values * float(require_finite("factor", factor))
         return Spectrum(
             self.wavelengths_nm, values, self.name if name is None else name, self.interpolation, self.signed
+        )
+
+
+def require_not_negative(name: str, spectrum: Spectrum) -> None:
+    """Raise when a spectrum holds a negative value, as a signed one may.
+
+    Parameters
+    ----------
+    name : str
+        What the spectrum is called in the error.
+    spectrum : Spectrum
+        The spectrum.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a value is negative.
+
+    References
+    ----------
+    Own design.
+    """
+    lowest = int(np.argmin(spectrum.values))
+    if spectrum.values[lowest] < 0.0:
+        raise InvalidParameterError(
+            f"{name} must not be negative, but at {spectrum.wavelengths_nm[lowest]:g} nm it is "
+            f"{spectrum.values[lowest]:.6g}"
         )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..spectra import Spectrum
+from ..spectra import Spectrum, require_not_negative
 from ..validation import require_choice, require_in_range
 from .attenuation import ATTENUATIONS, MAX_EXPONENT, attenuation_of_geometry
 from .conservation import InterfaceAlbedo
@@ -30,6 +30,7 @@ class _InterfaceOverBody(Material):
     _albedo: InterfaceAlbedo | None
 
     def _check(self, largest_interface: float) -> None:
+        require_not_negative("body_reflectance", self.body_reflectance)
         require_choice("attenuation", self.attenuation, ATTENUATIONS)
         object.__setattr__(self, "n", float(require_in_range("n", self.n, 0.0, MAX_EXPONENT)))
         object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
@@ -124,7 +125,7 @@ class TypeI(_InterfaceOverBody):
     Parameters
     ----------
     body_reflectance : Spectrum
-        S_B.
+        S_B, not negative.
     interface_reflectance : float
         S_I, the same at all wavelengths; not negative. The paper's cups use 5 (relative).
     attenuation : {"cosine", "exponential", "gaussian"}
@@ -178,9 +179,9 @@ class TypeII(_InterfaceOverBody):
     Parameters
     ----------
     body_reflectance : Spectrum
-        S_B.
+        S_B, not negative.
     interface_reflectance : Spectrum
-        S_I.
+        S_I, not negative.
     attenuation : {"cosine", "exponential", "gaussian"}
         The law f(rho).
     n : float
@@ -201,6 +202,7 @@ class TypeII(_InterfaceOverBody):
     _albedo: InterfaceAlbedo | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        require_not_negative("interface_reflectance", self.interface_reflectance)
         self._check(float(self.interface_reflectance.values.max()))
 
     @property
