@@ -117,7 +117,8 @@ class Render:
         Raises
         ------
         InvalidParameterError
-            If the film could not be kept by terms, or the spectra have other slots.
+            If the film could not be kept by terms, the spectra have other slots, or a light is turned on that was dark
+            when the rays were traced.
 
         References
         ----------
@@ -129,6 +130,13 @@ class Render:
             )
         if len(spectra.emitters) != len(self.spectra.emitters) or len(spectra.slots) != len(self.spectra.slots):
             raise InvalidParameterError("the spectra belong to another scene: lights or reflectances differ in number")
+        kept = {term.emitter for term in self.film.terms}
+        for index, (old, new) in enumerate(zip(self.spectra.emitters, spectra.emitters, strict=True)):
+            if old.strength == 0.0 and new.strength > 0.0 and index not in kept:
+                raise InvalidParameterError(
+                    f"this render holds no light of '{new.name}': it was dark when the rays were traced, or reaches no "
+                    "pixel; render again to light it"
+                )
         return replace(self, spectra=spectra)
 
 
