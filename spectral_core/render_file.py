@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -149,25 +150,56 @@ def open_render(path: str | os.PathLike[str]) -> tuple[Render, Development]:
     ----------
     Own design.
     """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise DichromaticError(f"{path} cannot be read as a render: {error}") from error
+    arrays = _read_arrays(path)
     try:
         header = json.loads(arrays["header"].tobytes())
     except (KeyError, ValueError) as error:
         raise DichromaticError(f"{path} is no render of this program: it has no header") from error
-    if header.get("format") != _FORMAT:
-        raise DichromaticError(f"{path} is no render of this program: its format is {header.get('format')!r}")
+    if not isinstance(header, dict) or header.get("format") != _FORMAT:
+        raise DichromaticError(f"{path} is no render of this program: its header is another format's")
     if header.get("version") != FORMAT_VERSION:
         raise DichromaticError(
             f"{path} has version {header.get('version')!r} of the format; this program reads version {FORMAT_VERSION}"
         )
     try:
         return _build(header, arrays)
-    except (KeyError, IndexError, TypeError) as error:
-        raise DichromaticError(f"{path} is damaged: {error!r}") from error
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        raise DichromaticError(f"{path} is damaged: {error}") from error
+
+
+def _read_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+    # A damaged archive may also name a compression or an encryption that zipfile does not know.
+    failures = (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)
+    try:
+        with open(path, "rb") as file:  # numpy leaves the file open when the archive is broken
+            archive = np.load(file, allow_pickle=False)
+            if isinstance(archive, np.ndarray):
+                raise ValueError("it holds a single array")
+            with archive:
+                return {name: archive[name] for name in archive.files}
+    except failures as error:
+        raise DichromaticError(f"{path} cannot be read as a render: {error}") from error
+
+
+def _check_film(film: Film, depth: NDArray[Any], spectra: SceneSpectra) -> None:
+    """Raise where the arrays of a film do not fit each other, so that no colour is computed from them."""
+    size = film.width * film.height
+    shape = (film.height, film.width)
+    if film.coverage.shape != shape or depth.shape != shape:
+        raise InvalidParameterError(f"coverage and depth must have the shape {shape}")
+    if film.fixed_tristimulus is not None and film.fixed_tristimulus.shape != (*shape, 3):
+        raise InvalidParameterError(f"fixed_tristimulus must have the shape {(*shape, 3)}")
+    for number, block in enumerate(film.blocks):
+        if block.coefficients.shape != (len(block.pixels), len(block.terms)):
+            raise InvalidParameterError(f"block {number} must have a row a pixel and a column a term")
+        pixels = block.pixels
+        if len(pixels) and (pixels[0] < 0 or pixels[-1] >= size or np.any(pixels[1:] <= pixels[:-1])):
+            raise InvalidParameterError(f"the pixels of block {number} must increase from 0 to at most {size - 1}")
+        for term in block.terms:
+            if not 0 <= term.emitter < len(spectra.emitters):
+                raise InvalidParameterError(f"block {number} names emitter {term.emitter}, which is not there")
+            if not all(0 <= slot < len(spectra.slots) for slot in term.slots):
+                raise InvalidParameterError(f"block {number} names reflectances {term.slots}, not all of them there")
 
 
 def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Render, Development]:
@@ -191,6 +223,7 @@ def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Ren
             for s in header["slots"]
         ),
     )
+    _check_film(film, arrays["depth"], spectra)
     made = header["development"]
     shown = Display(
         made["display"]["name"],

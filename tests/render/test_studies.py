@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from spectral_core.display import Display, display
 from spectral_core.errors import DichromaticError, InvalidParameterError, MemoryLimitError
 from spectral_core.library import illuminant
 from spectral_core.lights import SunLight
-from spectral_core.reflection.materials import TypeI
+from spectral_core.probe import probe_pixel
+from spectral_core.reflection.materials import TypeI, TypeII
 from spectral_core.render_file import open_render, save_render
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene
-from spectral_core.spectra import Spectrum
+from spectral_core.spectra import Spectrum, gaussian
 from spectral_core.spectral_exr import channel_name, radiance_image, write_spectral_exr
 from spectral_core.studies import contact_sheet, metamerism_map, relit_by
 from tests.render.render_scenes import floor, look_at, placed, still_life
@@ -85,6 +87,107 @@ def metameric_pair():
     wave = 0.25 * np.sin(wavelengths / 17.0)
     black = wave - functions @ np.linalg.lstsq(functions, wave, rcond=None)[0]
     return Spectrum(wavelengths, np.full(len(wavelengths), 0.5)), Spectrum(wavelengths, 0.5 + black)
+
+
+@pytest.mark.parametrize(
+    ("name", "spoil", "reason"),
+    [
+        ("pixels_0", lambda a: a + 10_000, "pixels of block 0"),
+        ("pixels_0", lambda a: a[::-1], "pixels of block 0"),
+        ("coefficients_0", lambda a: a[:, :1], "block 0 must have a row a pixel and a column a term"),
+        ("coverage", lambda a: a[1:], "coverage and depth"),
+        ("spectrum_0", lambda a: a[0], "damaged"),
+        ("spectrum_0", lambda a: -a, "damaged"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_told_when_the_file_is_opened(finished, tmp_path, name, spoil, reason):
+    path = tmp_path / "render.npz"
+    save_render(path, finished)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    np.savez(path, **{**arrays, name: spoil(arrays[name])})
+    with pytest.raises(DichromaticError, match=rf"render.npz.*{reason}"):
+        open_render(path)
+
+
+def test_no_flipped_bit_ends_in_anything_but_a_named_error(finished, tmp_path):
+    path = tmp_path / "render.npz"
+    save_render(path, finished)
+    whole = path.read_bytes()
+    generator = np.random.default_rng(7)
+    refused = 0
+    for _ in range(120):
+        spoilt = bytearray(whole)
+        spoilt[generator.integers(len(spoilt))] ^= 1 << int(generator.integers(8))
+        path.write_bytes(spoilt)
+        try:
+            open_render(path)[0].tristimulus()
+        except DichromaticError:
+            refused += 1
+    assert refused > 60  # most bytes are compressed arrays, which carry a checksum
+
+
+def test_other_things_than_renders_are_named(tmp_path):
+    single = tmp_path / "single.npz"
+    with single.open("wb") as file:
+        np.save(file, np.zeros(3))
+    with pytest.raises(DichromaticError, match="single array"):
+        open_render(single)
+    listed = tmp_path / "listed.npz"
+    np.savez(listed, header=np.frombuffer(b"[1, 2]", np.uint8))
+    with pytest.raises(DichromaticError, match="no render of this program"):
+        open_render(listed)
+
+
+@pytest.mark.parametrize("width_nm", [0.01, 0.3, 3.0])
+def test_lines_narrower_than_the_samples_keep_their_light_in_spectra(width_nm):
+    lamp = gaussian(589.3, width_nm)
+    camera = look_at((0.3, -0.5, 3.0), (0.0, 0.0, 0.0), 0.2, 0.2)
+    scene = Scene([placed(floor())], [TypeI(Spectrum.constant(0.5), 0.0)], [SunLight((0, 0, 1), 3.0, lamp)], camera)
+    seen = render(scene, RenderSettings(2, 2, samples=1, precision="float64"))
+    xyz = seen.tristimulus()[0, 0]
+    np.testing.assert_allclose(probe_pixel(seen, 0, 0).tristimulus.sum(axis=0), xyz, rtol=FLOAT32_ROUNDING)
+    # On steps of 5 nm the line is averaged: its power is there in full, wherever it falls between the samples.
+    wavelengths = np.arange(400.0, 701.0, 5.0)
+    power = 5.0 * radiance_image(seen, wavelengths)[0, 0].sum()
+    fine = np.arange(360.0, 831.0)
+    expected = radiance_image(seen, fine)[0, 0].sum()
+    np.testing.assert_allclose(power, expected, rtol=10 * FLOAT32_ROUNDING)
+
+
+def test_a_light_that_was_dark_cannot_be_turned_on_unseen():
+    lit = still_life()
+    dark = replace(lit, lights=[replace(lit.lights[0], strength=0.0), *lit.lights[1:]])
+    finished = render(dark, SETTINGS)
+    name = lit.lights[0].name
+    with pytest.raises(InvalidParameterError, match=f"holds no light of '{name}'"):
+        finished.relit(finished.spectra.with_light(name, strength=5.0))
+    # Dimmed after the rays were traced, it can.
+    traced = render(lit, SETTINGS)
+    dimmed = traced.relit(traced.spectra.with_light(name, strength=0.0))
+    again = dimmed.relit(dimmed.spectra.with_light(name, strength=lit.lights[0].strength))
+    assert np.array_equal(again.tristimulus(), traced.tristimulus())
+
+
+def test_exposure_has_a_range():
+    with pytest.raises(InvalidParameterError, match="exposure must lie between -100 and 100 stops"):
+        Development(exposure=5000.0)
+
+
+def test_negative_spectra_make_no_lamp_and_no_paint(finished):
+    signed = Spectrum([400.0, 700.0], [-0.1, 1.0], "difference", signed=True)
+    with pytest.raises(InvalidParameterError, match="illuminant of light 'Sun' must not be negative, but at 400 nm"):
+        SunLight((0, 0, 1), 1.0, signed)
+    with pytest.raises(InvalidParameterError, match="body_reflectance must not be negative"):
+        TypeI(signed)
+    with pytest.raises(InvalidParameterError, match="interface_reflectance must not be negative"):
+        TypeII(Spectrum.constant(0.5), signed)
+    name = finished.spectra.emitters[0].name
+    with pytest.raises(InvalidParameterError, match=f"illuminant of light '{name}'"):
+        finished.spectra.with_light(name, illuminant=signed)
+    slot = finished.spectra.slots[0]
+    with pytest.raises(InvalidParameterError, match="must not be negative"):
+        finished.spectra.with_reflectance(slot.material, slot.component, signed)
 
 
 def test_metamers_part_only_under_the_other_lamp():
