@@ -6,7 +6,6 @@ import bpy
 
 from .compat import node_tree_of
 from .estimation import estimate_lines
-from .estimation import estimate_lines
 from .material_notes import draw_energy_warnings, draw_provenance
 from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
@@ -234,16 +233,11 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
         layout = _columns(self.layout)
         settings = context.scene.dichromatic
         layout.prop(settings, "quality")
-        layout.prop(settings, "quality")
         layout.prop(settings, "samples")
         column = layout.column()
         column.prop(settings, "pixel_filter")
         column.prop(settings, "filter_width")
         layout.prop(settings, "seed")
-        column = layout.column(align=True)
-        column.operator("dichromatic.estimate", icon="TIME")
-        for index, line in enumerate(estimate_lines(context.scene)):
-            column.label(text=line, icon="BLANK1" if index else "INFO")
         column = layout.column(align=True)
         column.operator("dichromatic.estimate", icon="TIME")
         for index, line in enumerate(estimate_lines(context.scene)):
