@@ -235,7 +235,8 @@ def exact_depth(settings: RenderSettings, materials: Sequence[MaterialPlan | Non
     if settings.bounce_spectra == "terms":
         return settings.max_bounces
     factors = {plan.mirror_slots for plan in materials if plan is not None and plan.mirror_slots}
-    widest = max((len(set(plan.terms)) for plan in materials if plan is not None), default=0)
+    # Even where no lamp shines, the background is a term.
+    widest = max([1, *(len(set(plan.terms)) for plan in materials if plan is not None)])
     chains: set[frozenset[tuple[int, ...]]] = {frozenset([()])}
     for depth in range(settings.max_bounces):
         longer = set()

@@ -8,9 +8,11 @@ import pytest
 from spectral_core.colorimetry import observer
 from spectral_core.library import illuminant, optical_constants, reflectance
 from spectral_core.lights import SunLight
+from spectral_core.plan import exact_depth, make_plan
 from spectral_core.reflection.materials import TypeI, TypeIII
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene, World
+from spectral_core.spectra import Spectrum
 from spectral_core.tracing.mesh import Instance, Mesh
 from tests.render.render_scenes import ball, floor, look_at, placed, still_life
 from tests.tolerances import FILM_AGAINST_BRUTE_FORCE, FLOAT64_ROUNDING, STANDARD_GRID_COLOUR
@@ -132,6 +134,17 @@ def test_auto_keeps_terms_up_to_the_limit_and_says_so():
     assert "deeper paths are carried on the 'exact' grid" in limited.statistics.plan
     assert max(len(block.terms) for block in limited.film.blocks) <= longest // 2
     np.testing.assert_allclose(limited.tristimulus(), exact.tristimulus(), rtol=1e-6)
+
+
+def test_the_limit_holds_where_only_the_world_shines():
+    panes = [placed(Mesh(np.eye(3) + 3.0 * i, np.array([(0, 1, 2)]), material_index=np.array([i]))) for i in range(4)]
+    metals = [
+        TypeIII.from_normal_reflectance(Spectrum([400.0, 700.0], [0.1 * i, 0.9]), 0.1, mirror=1.0) for i in range(4)
+    ]
+    settings = RenderSettings(max_bounces=12, term_limit=16)
+    plan = make_plan(Scene(panes, metals, world=World(strength=1.0)), settings)
+    # Bounces off four metals, of two terms each, give 2^depth products of spectra.
+    assert exact_depth(settings, plan.materials) == 4
 
 
 def test_relighting_reaches_into_mirrors():
