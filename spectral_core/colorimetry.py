@@ -472,6 +472,9 @@ def lab(xyz: ArrayLike, white: ArrayLike) -> NDArray[np.float64]:
     )
 
 
+_FULL_CHROMA = 1.0e6  # from here on C^7 / (C^7 + 25^7) is 1 in float64; the power of a larger one would overflow
+
+
 def delta_e_2000(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     """CIE Delta E 2000 between Lab colours.
 
@@ -497,7 +500,7 @@ def delta_e_2000(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     one, two = np.broadcast_arrays(_triples("first", first), _triples("second", second))
     l1, a1, b1 = np.moveaxis(one, -1, 0)
     l2, a2, b2 = np.moveaxis(two, -1, 0)
-    mean_chroma_7 = (0.5 * (np.hypot(a1, b1) + np.hypot(a2, b2))) ** 7
+    mean_chroma_7 = np.minimum(0.5 * (np.hypot(a1, b1) + np.hypot(a2, b2)), _FULL_CHROMA) ** 7
     g = 0.5 * (1.0 - np.sqrt(mean_chroma_7 / (mean_chroma_7 + 25.0**7)))
     a1, a2 = (1.0 + g) * a1, (1.0 + g) * a2
     c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
@@ -524,7 +527,7 @@ def delta_e_2000(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     s_l = 1.0 + 0.015 * from_50 / np.sqrt(20.0 + from_50)
     s_c = 1.0 + 0.045 * mean_c
     s_h = 1.0 + 0.015 * mean_c * t
-    mean_c_7 = mean_c**7
+    mean_c_7 = np.minimum(mean_c, _FULL_CHROMA) ** 7
     rotation = (
         -2.0
         * np.sqrt(mean_c_7 / (mean_c_7 + 25.0**7))

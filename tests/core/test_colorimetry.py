@@ -345,3 +345,10 @@ def test_every_lamp_of_the_library_has_a_white():
             assert np.isfinite(white).all()
             assert (white[:2] > 0.0).all()
             assert white[2] > 0.0 or name == "sodium-low-pressure"  # z is 0 at its one line
+
+
+def test_colour_differences_of_huge_chroma_are_finite():
+    # Far beyond any colour C^7 / (C^7 + 25^7) is 1; its power alone would pass the largest float at C = 1e44.
+    found = delta_e_2000([50.0, 1e50, 0.0], [50.0, 1e50, 0.0])
+    assert found == 0.0
+    assert np.isfinite(delta_e_2000([50.0, 1e50, 0.0], [50.0, 2.0, 3.0]))
