@@ -19,6 +19,7 @@ __all__ = ["RenderSettings", "Scene", "World"]
 
 PRECISIONS = ("float32", "float64")
 BOUNCE_SPECTRA = ("auto", "terms", "nodes")
+_KINDS: dict[object, str] = {Material: "material", Light: "light", Instance: "instance"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,8 @@ class Scene:
     Raises
     ------
     SceneError
-        If a mesh asks for a material that is not there, or names and materials differ in number.
+        If a mesh asks for a material that is not there, names and materials differ in number, or a thing is of
+        another kind.
     """
 
     instances: Sequence[Instance] = ()
@@ -83,6 +85,10 @@ class Scene:
     def __post_init__(self) -> None:
         for attribute in ("instances", "materials", "lights"):
             object.__setattr__(self, attribute, tuple(getattr(self, attribute)))
+        for kind, things in ((Material, self.materials), (Light, self.lights), (Instance, self.instances)):
+            for thing in things:
+                if not isinstance(thing, kind):
+                    raise SceneError(f"scene '{self.name}' holds {thing!r}, which is no {_KINDS[kind]}")
         names = tuple(self.material_names) or tuple(f"Material {i + 1}" for i in range(len(self.materials)))
         object.__setattr__(self, "material_names", names)
         if len(names) != len(self.materials):

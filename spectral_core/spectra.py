@@ -247,7 +247,7 @@ class Spectrum:
 
 
 def require_not_negative(name: str, spectrum: Spectrum) -> None:
-    """Raise when a spectrum holds a negative value, as a signed one may.
+    """Raise when a thing is no spectrum, or holds a negative value, as a signed one may.
 
     Parameters
     ----------
@@ -259,12 +259,14 @@ def require_not_negative(name: str, spectrum: Spectrum) -> None:
     Raises
     ------
     InvalidParameterError
-        If a value is negative.
+        If it is no spectrum, or a value is negative.
 
     References
     ----------
     Own design.
     """
+    if not isinstance(spectrum, Spectrum):
+        raise InvalidParameterError(f"{name} must be a Spectrum, but is {spectrum!r}")
     lowest = int(np.argmin(spectrum.values))
     if spectrum.values[lowest] < 0.0:
         raise InvalidParameterError(

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..optical_constants import OpticalConstants
-from ..spectra import Spectrum
+from ..spectra import Spectrum, require_not_negative
 from ..validation import require_choice, require_in_range
 from .angles import within
 from .conservation import facet_normalisation
@@ -70,6 +70,7 @@ class TypeIII(Material):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
+        require_not_negative("normal_reflectance", self.normal_reflectance)
         require_in_range("normal_reflectance", self.normal_reflectance.values, 0.0, 1.0)
         if not isinstance(self.mean_reflectance, MeanReflectance):
             raise InvalidParameterError(f"mean_reflectance must be a MeanReflectance, but is {self.mean_reflectance!r}")
@@ -156,6 +157,7 @@ class TypeIII(Material):
         ----------
         Tominaga 1996, Eq. 13; Schlick (1994).
         """
+        require_not_negative("normal_reflectance", normal_reflectance)
         require_in_range("normal_reflectance", normal_reflectance.values, 0.0, 1.0)
         mean = SchlickMeanReflectance(float(np.clip(normal_reflectance.at(MEAN_BAND_NM).mean(), 0.0, 1.0)))
         return cls(normal_reflectance, mean, beta, beta_across, incidence, energy_conserving, mirror)

@@ -8,6 +8,7 @@ from spectral_core.errors import InvalidParameterError, RenderCancelledError, Sc
 from spectral_core.film import FilmBuilder, add_rows
 from spectral_core.library import illuminant
 from spectral_core.lights import PointLight
+from spectral_core.reflection.materials import TypeI, TypeIII
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene, World
 from spectral_core.scene_spectra import SceneSpectra, Term
@@ -178,6 +179,19 @@ def test_progress_goes_from_zero_to_one():
 def test_a_scene_without_a_camera_is_refused():
     with pytest.raises(SceneError, match="scene 'Scene' has no camera"):
         render(Scene())
+
+
+@pytest.mark.parametrize(("part", "kind"), [("instances", "instance"), ("materials", "material"), ("lights", "light")])
+def test_a_scene_holds_nothing_of_another_kind(part, kind):
+    with pytest.raises(SceneError, match=f"holds 'a word', which is no {kind}"):
+        Scene(**{part: ["a word"]})
+
+
+def test_materials_are_made_of_spectra():
+    with pytest.raises(InvalidParameterError, match=r"body_reflectance must be a Spectrum, but is 0\.5"):
+        TypeI(0.5)
+    with pytest.raises(InvalidParameterError, match="normal_reflectance must be a Spectrum, but is 'gold'"):
+        TypeIII.from_normal_reflectance("gold", 0.1)
 
 
 def test_an_empty_scene_shows_its_world():
