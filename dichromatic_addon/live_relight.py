@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 from . import last_render
 from ._core import core
 from .operators import IMAGE_NAME, store_image
+from .output_display import output_development
 from .relighting import relit_layer
 
 __all__ = ["CLASSES", "register", "relight", "run_pending", "unregister"]
@@ -44,6 +45,7 @@ def relight(scene: Any, *, always: bool = False) -> list[Any]:
     if kept is None:
         raise core.SceneError(f"no render of scene '{scene.name}' is kept: render it first, or open one")
     try:
+        output_development(scene)  # tells what is wrong with the display of the image
         relit = {name: relit_layer(scene, finished) for name, finished in kept.layers.items()}
     except core.DichromaticError as error:
         kept.problem = str(error)
@@ -66,7 +68,8 @@ def _look(finished: Any) -> tuple[Any, ...]:
     render, colour = finished.render, finished.exported.colour
     spectra = [(e.illuminant.key, e.strength) for e in render.spectra.emitters]
     spectra += [(slot.reflectance.key, 1.0) for slot in render.spectra.slots]
-    return render.observer, render.grid, colour.adaptation.tobytes(), colour.working_space.tobytes(), spectra
+    shown = colour.adaptation.tobytes(), colour.working_space.tobytes(), colour.output
+    return render.observer, render.grid, *shown, spectra
 
 
 def _redraw() -> None:
