@@ -20,9 +20,34 @@ from .errors import InvalidParameterError
 from .spectra import Spectrum, require_not_negative
 from .validation import require_finite, require_in_range, require_shape
 
-__all__ = ["Illumination", "Light", "PointLight", "SpotLight", "SunLight"]
+__all__ = ["LARGEST_STRENGTH", "Illumination", "Light", "PointLight", "SpotLight", "SunLight", "require_strength"]
+
+LARGEST_STRENGTH = 1.0e30
+"""The largest strength of a light; so that pictures in float32 cannot overflow."""
 
 FloatArray: TypeAlias = NDArray[np.floating[Any]]
+
+
+def require_strength(name: str, value: float) -> None:
+    """Raise when a number cannot be the strength of a light.
+
+    Parameters
+    ----------
+    name : str
+        What the strength is called in the error.
+    value : float
+        A single number, 0 to 1e30.
+
+    Raises
+    ------
+    InvalidParameterError
+        If it is not a single number, not finite, or outside its range.
+
+    References
+    ----------
+    Own design.
+    """
+    require_shape(name, require_in_range(name, value, 0.0, LARGEST_STRENGTH), ())
 
 
 def _vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -71,7 +96,7 @@ class PointLight:
     position : array_like, shape (3,)
         World position (m).
     strength : float
-        Power (W), at least 0.
+        Power (W), 0 to 1e30.
     illuminant : Spectrum
         Relative spectral power distribution; its scale does not matter, it is brought to Y = 1.
     name : str
@@ -129,7 +154,7 @@ class SunLight:
     to_light : array_like, shape (3,)
         Direction from the scene to the sun, any length but zero.
     strength : float
-        Irradiance on a plane that faces the sun (W/m^2), at least 0.
+        Irradiance on a plane that faces the sun (W/m^2), 0 to 1e30.
     illuminant : Spectrum
         Relative spectral power distribution; brought to Y = 1.
     name : str
@@ -189,7 +214,7 @@ class SpotLight:
     direction : array_like, shape (3,)
         Axis of the cone, away from the light; any length but zero.
     strength : float
-        Power (W) of the point light that shines as strongly along the axis, at least 0.
+        Power (W) of the point light that shines as strongly along the axis, 0 to 1e30.
     illuminant : Spectrum
         Relative spectral power distribution; brought to Y = 1.
     spot_size : float
@@ -264,7 +289,7 @@ def _check_strength(light: Light) -> None:
         raise InvalidParameterError(
             f"illuminant of light '{light.name}' must be a Spectrum, but is {light.illuminant!r}"
         )
-    require_in_range(f"strength of light '{light.name}'", light.strength, 0.0)
+    require_strength(f"strength of light '{light.name}'", light.strength)
     require_not_negative(f"illuminant of light '{light.name}'", light.illuminant)
 
 

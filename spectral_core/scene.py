@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from .colorimetry import GRID_PRESETS, OBSERVERS
 from .errors import InvalidParameterError, SceneError
-from .lights import Light
+from .lights import Light, require_strength
 from .reflection.materials import Material
 from .spectra import Spectrum
 from .tracing.camera import Camera
@@ -43,7 +43,7 @@ class World:
     def __post_init__(self) -> None:
         if not isinstance(self.illuminant, Spectrum):
             raise InvalidParameterError(f"illuminant of world '{self.name}' must be a Spectrum")
-        require_in_range(f"strength of world '{self.name}'", self.strength, 0.0)
+        require_strength(f"strength of world '{self.name}'", self.strength)
 
 
 @dataclass(frozen=True, slots=True)

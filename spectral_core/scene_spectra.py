@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from .colorimetry import Observer, WavelengthGrid, tristimulus_weights
 from .errors import InvalidParameterError
+from .lights import require_strength
 from .reflection.materials import GRAZING
 from .resampling import resample
 from .spectra import Spectrum, require_not_negative
-from .validation import require_in_range
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -63,7 +63,7 @@ class Emitter:
     def __post_init__(self) -> None:
         if not isinstance(self.illuminant, Spectrum):
             raise InvalidParameterError(f"illuminant of light '{self.name}' must be a Spectrum")
-        require_in_range(f"strength of light '{self.name}'", self.strength, 0.0)
+        require_strength(f"strength of light '{self.name}'", self.strength)
         require_not_negative(f"illuminant of light '{self.name}'", self.illuminant)
 
 

@@ -17,7 +17,7 @@ from spectral_core.probe import probe_pixel
 from spectral_core.reflection.materials import TypeI, TypeII
 from spectral_core.render_file import open_render, save_render
 from spectral_core.renderer import render
-from spectral_core.scene import RenderSettings, Scene
+from spectral_core.scene import RenderSettings, Scene, World
 from spectral_core.spectra import Spectrum, gaussian
 from spectral_core.spectral_exr import channel_name, radiance_image, write_spectral_exr
 from spectral_core.studies import contact_sheet, metamerism_map, relit_by
@@ -167,6 +167,23 @@ def test_a_light_that_was_dark_cannot_be_turned_on_unseen():
     dimmed = traced.relit(traced.spectra.with_light(name, strength=0.0))
     again = dimmed.relit(dimmed.spectra.with_light(name, strength=lit.lights[0].strength))
     assert np.array_equal(again.tristimulus(), traced.tristimulus())
+
+
+@pytest.mark.parametrize("strength", [-1.0, 1e31, float("nan"), [1.0, 2.0], "bright"])
+def test_strengths_that_no_light_has_are_named(finished, strength):
+    with pytest.raises(InvalidParameterError, match="strength of light 'Sun'"):
+        SunLight((0, 0, 1), strength, illuminant("D65"))
+    with pytest.raises(InvalidParameterError, match="strength of world 'World'"):
+        World(strength=strength)
+    name = finished.spectra.emitters[0].name
+    with pytest.raises(InvalidParameterError, match=f"strength of light '{name}'"):
+        finished.spectra.with_light(name, strength=strength)
+
+
+def test_the_strongest_light_stays_finite(finished):
+    name = finished.spectra.emitters[0].name
+    bright = finished.relit(finished.spectra.with_light(name, strength=1e30))
+    assert np.isfinite(bright.tristimulus()).all()
 
 
 def test_exposure_has_a_range():
