@@ -40,12 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--film", type=Path, metavar="RENDER.npz", help="keep the render too, for relight, lamps, metamerism and probe"
     )
-    parser.add_argument("--display", default="srgb", metavar="NAME", help=f"{DISPLAY_HELP} (default: srgb)")
+    parser.add_argument("--display", metavar="NAME", help=f"{DISPLAY_HELP} (default: the file's)")
     parser.add_argument(
         "--gamut",
         choices=core.GAMUT_METHODS,
-        default="clip",
-        help="what a PNG does with colours that the display cannot show (default: clip)",
+        help="what a PNG does with colours that the display cannot show (default: the file's)",
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
 
@@ -56,12 +55,13 @@ def run(arguments: argparse.Namespace) -> int:
     for target in (arguments.output, arguments.film):
         if target is not None and not target.parent.is_dir():
             raise core.DichromaticError(f"the folder {target.parent} of the output does not exist")
-    display_of(arguments.display)  # a name that is wrong should be said before the render
+    shown = display_of(arguments.display) if arguments.display else None  # errors are said before the render
     bpy = blender_module(arguments)
     from . import operators  # only now: it needs Blender
 
     with operators.addon_registered():
         scene = open_scene(bpy, arguments)
+        made = _development(scene, shown, arguments.gamut)
         bar = ProgressBar(sys.stderr)
         progress = _ignore if arguments.quiet else bar.update
         try:
@@ -70,14 +70,11 @@ def run(arguments: argparse.Namespace) -> int:
             )[0]
         finally:
             bar.close()
-        notes = _write(arguments, finished, 2.0**scene.view_settings.exposure)
+        _write(arguments.output, finished, made)
         if arguments.film is not None:
-            made = replace(development_of(scene), shown=display_of(arguments.display), gamut=arguments.gamut)
             core.save_render(arguments.film, finished.render, made)
         if not arguments.quiet:
             print(finished.render.statistics.describe())
-            for note in notes:
-                print(f"note: {note}")
             print(f"{arguments.output} written after {time.monotonic() - started:.1f} s")
     return 0
 
@@ -93,23 +90,31 @@ def _output(text: str) -> Path:
     return path
 
 
-def _write(arguments: argparse.Namespace, finished: Any, exposure: float) -> list[str]:
-    """Write the picture; return what happened to colours that the display cannot show."""
-    path, exported = arguments.output, finished.exported
-    xyz = exported.colour.adapted(finished.render.tristimulus().astype(np.float64))
+def _development(scene: Any, shown: core.Display | None, gamut: str | None) -> core.Development:
+    """Return how the picture is made: as the file says, unless the command line says otherwise."""
+    if shown is None:
+        made = development_of(scene)
+    else:  # then the file's own display need not be there
+        from .picture import development_of as for_srgb
+
+        made = replace(for_srgb(scene), shown=shown, gamut=scene.dichromatic.gamut)
+    return made if gamut is None else replace(made, gamut=gamut)
+
+
+def _write(path: Path, finished: Any, made: core.Development) -> None:
+    """Write the picture; the statistics tell what happened to colours that the display cannot show."""
+    exported, render = finished.exported, finished.render
+    tristimulus = render.tristimulus().astype(np.float64)
     if path.suffix.lower() == ".exr":
-        shown, notes = core.display("srgb"), []
-        pixels = shown.linear(xyz)  # linear Rec.709, as EXR readers assume
+        pixels = core.display("srgb").linear(exported.colour.adapted(tristimulus))  # Rec.709, as EXR readers assume
     else:
-        shown = display_of(arguments.display)
-        mapping = core.fit_to_gamut(shown.linear(xyz * exposure), shown, arguments.gamut)
-        pixels, notes = shown.encode(mapping.linear_rgb), [mapping.describe()]
+        pixels, mapping = made.picture(tristimulus, render.observer)
+        render.statistics.notes.append(mapping.describe())
     if exported.is_transparent:
-        pixels = np.concatenate([pixels, finished.render.alpha[..., None]], axis=2)
+        pixels = np.concatenate([pixels, render.alpha[..., None]], axis=2)
     try:
         core.write_image(path, pixels.astype(np.float32))
     except core.MissingDependencyError:  # Blender 4.2 and 4.3 carry no OpenImageIO: then Blender itself writes
         from .operators import write_image_with_blender
 
         write_image_with_blender(path, pixels.astype(np.float32))
-    return notes

@@ -48,10 +48,10 @@ def display_of(text: str) -> core.Display:
 
 
 def development_of(scene: Any) -> core.Development:
-    """Return how the picture of a Blender scene is made: its adopted white, adaptation and exposure, for sRGB."""
-    from . import picture
+    """Return how the picture of a Blender scene is made: its white, adaptation, exposure, display and gamut method."""
+    from . import output_display
 
-    return picture.development_of(scene)
+    return output_display.output_development(scene)
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ._core import core
 from .engine import Capture, DichromaticRenderEngine, FinishedLayer, begin_capture, capture, end_capture
 from .names import ENGINE_ID
+from .output_display import OutputPicture, output_development, output_picture
 
 __all__ = [
     "CLASSES",
@@ -113,17 +114,15 @@ def _our_engine(scene: Any, layer: str = "") -> Iterator[None]:
 
 
 def store_image(finished: FinishedLayer, name: str = IMAGE_NAME) -> Any:
-    """Put a finished layer into a Blender image, as linear Rec.709 with the colour space that says so."""
-    xyz = finished.exported.colour.adapted(finished.render.tristimulus().astype(np.float64))
-    height, width, _ = xyz.shape
-    pixels = np.ones((height, width, 4), np.float32)
-    pixels[..., :3] = core.display("srgb").linear(xyz)
-    if finished.exported.is_transparent:
-        pixels[..., 3] = finished.render.alpha
-    return put_image(name, pixels, is_float=True)
+    """Put a finished layer into a Blender image, for the display of its scene, with the colour space that says so."""
+    return _store_picture(output_picture(finished, counted=False), name)
 
 
-def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = False) -> Any:
+def _store_picture(picture: OutputPicture, name: str) -> Any:
+    return put_image(name, picture.pixels, is_float=True, colour_space=picture.colour_space)
+
+
+def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = False, colour_space: str = "") -> Any:
     """Put a picture into the Blender image of a name, made new where there is none that fits.
 
     Parameters
@@ -134,6 +133,8 @@ def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = 
         Row 0 is the top. Linear Rec.709 (premultiplied) for float images, else display values of sRGB, 0 to 1.
     is_float : bool
         Which of the two.
+    colour_space : str, optional
+        Blender's name of another colour space that they are in.
 
     Returns
     -------
@@ -151,7 +152,7 @@ def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = 
         image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=is_float)
     elif tuple(image.size) != (width, height):
         image.generated_width, image.generated_height = width, height
-    image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
+    image.colorspace_settings.name = colour_space or ("Linear Rec.709" if is_float else "sRGB")
     image.alpha_mode = "PREMUL" if is_float else "STRAIGHT"
     image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
     image.update()
@@ -217,6 +218,7 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
     def execute(self, context: Any) -> set[str]:
         """Render at once, for scripts."""
         try:
+            output_development(context.scene)  # what is wrong with it should be said before the render
             self._store(render_layers(context.scene))
         except core.RenderCancelledError:
             self.report({"INFO"}, "the render was cancelled: no image was stored")
@@ -230,6 +232,11 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
         """Render as F12 does, with the window alive, and store the image when it is done."""
         if bpy.app.background:
             return self.execute(context)
+        try:
+            output_development(context.scene)
+        except core.DichromaticError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         self._engine_context = _our_engine(context.scene)
         self._engine_context.__enter__()
         self._captured = begin_capture()
@@ -269,8 +276,13 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
     def _store(self, layers: list[FinishedLayer]) -> None:
         for finished in layers:
             name = IMAGE_NAME if len(layers) == 1 else f"{IMAGE_NAME} {finished.exported.layer}"
-            image = store_image(finished, name)
-            self.report({"INFO"}, f"stored in the image '{image.name}'")
+            picture = output_picture(finished)
+            image = _store_picture(picture, name)
+            told = ""
+            if picture.mapping is not None:
+                told = f"; {picture.mapping.describe()}"
+                finished.render.statistics.notes.append(picture.mapping.describe())
+            self.report({"INFO"}, f"stored in the image '{image.name}'{told}")
 
 
 CLASSES = (DICHROMATIC_OT_render_image,)

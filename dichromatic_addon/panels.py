@@ -10,8 +10,9 @@ from .material_notes import draw_energy_warnings, draw_provenance
 from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
+from .output_display import monitor_problem
 from .presets import DICHROMATIC_MT_material_presets
-from .properties import illuminant_problem
+from .properties import MONITOR, illuminant_problem
 from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "register", "unregister"]
@@ -308,6 +309,16 @@ class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
         if not faithful:
             text = "This view restyles colors; Standard shows them as computed"
             draw_wrapped(layout, text, "INFO", panel_line(context))
+        settings = scene.dichromatic
+        column = layout.column()
+        column.prop(settings, "display")
+        if settings.display == MONITOR:
+            column.prop(settings, "monitor_file")
+            draw_wrapped(column, monitor_problem(scene), "ERROR", panel_line(context))
+        column.prop(settings, "gamut")
+        if settings.display != "srgb":
+            text = "For Render to Image and the command line; F12 and the 3D view go through the view above"
+            draw_wrapped(column, text, "INFO", panel_line(context))
         layout.operator("dichromatic.render_image", icon="IMAGE_DATA")
 
 

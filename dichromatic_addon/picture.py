@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import core
+from .output_display import OutputDisplay, read_output
 from .properties import read_display
 
 __all__ = ["PictureColour", "development_of", "picture_colour", "working_space_from_tristimulus"]
@@ -25,10 +26,13 @@ class PictureColour:
         XYZ under the scene's lamp to XYZ under the display's white, as a matrix for column vectors.
     working_space : ndarray of float64, shape (3, 3)
         XYZ (D65) to the scene linear RGB of the .blend file, as a matrix for column vectors.
+    output : OutputDisplay or None
+        The display that image datablocks and files are made for; sRGB when None.
     """
 
     adaptation: NDArray[np.float64]
     working_space: NDArray[np.float64]
+    output: OutputDisplay | None = None
 
     def adapted(self, tristimulus: NDArray[np.floating]) -> NDArray[np.floating]:
         """Return XYZ (..., 3) as seen on a display with a D65 white."""
@@ -74,6 +78,7 @@ def picture_colour(scene: Any) -> PictureColour:
     return PictureColour(
         adaptation=core.chromatic_adaptation(white, core.SRGB_WHITE, shown.adaptation),
         working_space=working_space_from_tristimulus(),
+        output=read_output(scene),
     )
 
 

@@ -24,6 +24,7 @@ from .spectrum_store import load_file, stored_problem, stored_spectrum
 
 __all__ = [
     "CLASSES",
+    "MONITOR",
     "DisplaySettings",
     "illuminant_problem",
     "light_luminance",
@@ -80,6 +81,20 @@ adaptation_items = (
     ("none", "None", "Show the colors as they are: tungsten light looks orange", 0),
     ("bradford", "Bradford", "Adapt the adopted white to the display's white, as in ICC profiles", 1),
     ("cat16", "CAT16", "Adapt the adopted white to the display's white, as in CIECAM16", 2),
+)
+
+MONITOR = "monitor"
+
+display_items = (
+    ("srgb", "sRGB", "Ordinary screens; the image stays linear light, and Blender's view shows it", 0),
+    ("display_p3", "Display P3", "Screens with a wide gamut, as in recent phones and laptops", 1),
+    ("rec2020", "Rec.2020", "Television of ultra high definition", 2),
+    (MONITOR, "Measured Monitor", "A monitor whose primaries and channels were measured, from a CSV file", 3),
+)
+
+gamut_items = (
+    ("clip", "Clip", "Cut each channel where the display ends", 0),
+    ("compress", "Compress", "Desaturate and darken until the display can show the color, keeping its hue", 1),
 )
 
 white_items = (
@@ -255,6 +270,29 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         description="How the colors of the adopted white are brought to the display's white (D65)",
         items=adaptation_items,
         default="bradford",
+        update=update_callback(_tag),
+    )
+    display: EnumProperty(
+        name="Display",
+        description="What Render to Image and the command line make pictures for. Images for other displays than sRGB "
+        "hold the values that the display is driven with",
+        items=display_items,
+        default="srgb",
+        update=update_callback(_tag),
+    )
+    monitor_file: StringProperty(
+        name="File",
+        description="CSV file of a measured monitor: X, Y, Z of the primaries and the white, "
+        "and the light of each channel at several drive values",
+        subtype="FILE_PATH",
+        options=compat.FILE_PATH_OPTIONS,
+        update=update_callback(_tag),
+    )
+    gamut: EnumProperty(
+        name="Gamut",
+        description="What is done with colors that the display cannot show",
+        items=gamut_items,
+        default="clip",
         update=update_callback(_tag),
     )
     white_source: EnumProperty(

@@ -108,6 +108,6 @@ REC709_ROUND_TRIP = 1e-5
 # condition is about 30 and of sums over 471 wavelengths, under a square root that makes 1e-12 of it 1e-6.
 PAINT_OF_A_FILE = 1e-5
 
-# Lobes with n or beta rounded to Blender's 32-bit sockets: a relative error of 6e-8 in n or beta is that times the
-# exponent in the value, which is about 100 where a lobe has fallen to the 1e-43 below which `atol` ends the comparison.
+# Lobes with n or beta rounded to Blender's 32-bit sockets: a relative error of 6e-8 of beta is twice that times the
+# exponent of the lobe, which is 28 where the lobe has fallen to the 1e-12 that ends the comparison.
 COEFFICIENTS_OF_FLOAT32_PARAMETERS = 1e-5
