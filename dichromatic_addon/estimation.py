@@ -1,4 +1,4 @@
-"""The button that estimates what the current settings cost: time and colour error, from strips of the picture."""
+"""The button that estimates what the current settings cost: time and colour error, from parts of the picture."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class DICHROMATIC_OT_estimate(bpy.types.Operator):
     bl_idname = "dichromatic.estimate"
     bl_label = "Estimate"
     bl_description = (
-        "Render a few strips of the picture with these settings and with the best, and estimate how long the whole "
+        "Render parts of the picture with these settings and with better ones, and estimate how long the whole "
         "takes and how far its colors will be off (Delta E 2000; 1 is just visible)"
     )
     bl_options = {"REGISTER"}
