@@ -143,7 +143,7 @@ def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = 
     """
     height, width, channels = pixels.shape
     rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :channels] = pixels
+    rgba[::-1, :, :channels] = pixels  # Blender's rows begin at the bottom
     image = bpy.data.images.get(name)
     if image is not None and (image.is_float != is_float or image.source != "GENERATED"):
         image.name = f"{name} (replaced)"  # somebody else's image of that name: keep it
@@ -154,7 +154,7 @@ def put_image(name: str, pixels: NDArray[np.floating[Any]], *, is_float: bool = 
         image.generated_width, image.generated_height = width, height
     image.colorspace_settings.name = colour_space or ("Linear Rec.709" if is_float else "sRGB")
     image.alpha_mode = "PREMUL" if is_float else "STRAIGHT"
-    image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
+    image.pixels.foreach_set(rgba.ravel())
     image.update()
     return image
 

@@ -200,16 +200,19 @@ def output_picture(finished: Any, *, counted: bool = True) -> OutputPicture:
     """
     exported, render = finished.exported, finished.render
     output = exported.colour.output
-    xyz = render.tristimulus().astype(np.float64)
-    alpha = render.alpha[..., None] if exported.is_transparent else np.ones((*xyz.shape[:2], 1))
-    pixels = np.ones((*xyz.shape[:2], 4), np.float32)
+    tristimulus = render.tristimulus()
+    alpha = render.alpha[..., None] if exported.is_transparent else np.ones((*tristimulus.shape[:2], 1), np.float32)
+    pixels = np.ones((*tristimulus.shape[:2], 4), np.float32)
     pixels[..., 3:] = alpha
     if output is None or output.keeps_light:
-        pixels[..., :3] = core.display("srgb").linear(exported.colour.adapted(xyz))
+        # One product in the render's own precision: a picture that is relit must not wait for its pixels.
+        matrix = core.display("srgb").from_tristimulus @ exported.colour.adaptation
+        pixels[..., :3] = tristimulus @ matrix.T.astype(tristimulus.dtype)
         mapping = None
         if counted and output is not None:
-            mapping = output.development().picture(_straight(xyz, alpha), render.observer)[1]
+            mapping = output.development().picture(_straight(tristimulus, alpha), render.observer)[1]
         return OutputPicture(pixels, LINEAR_SRGB, mapping)
+    xyz = tristimulus.astype(np.float64)
     made = output.development()
     drive, mapping = made.picture(_straight(xyz, alpha), render.observer)
     if output.display == "srgb":  # Blender's view shows it: light again, and without the view's own exposure
