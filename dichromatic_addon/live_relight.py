@@ -13,7 +13,7 @@ from .operators import IMAGE_NAME, store_image
 from .output_display import output_development
 from .relighting import relit_layer
 
-__all__ = ["CLASSES", "register", "relight", "run_pending", "unregister"]
+__all__ = ["CLASSES", "image_name", "register", "relight", "run_pending", "unregister"]
 
 _DEBOUNCE = 0.05  # seconds: an edit that is dragged re-colours the picture about twenty times a second
 _WHILE_RENDERING = 0.5
@@ -55,12 +55,17 @@ def relight(scene: Any, *, always: bool = False) -> list[Any]:
     images = []
     for name, layer in relit.items():
         if always or _look(layer.finished) != _look(kept.shown[name]):
-            images.append(store_image(layer.finished, IMAGE_NAME if len(relit) == 1 else f"{IMAGE_NAME} {name}"))
+            images.append(store_image(layer.finished, image_name(kept, name)))
         kept.shown[name] = layer.finished
     if images:
         kept.map_report = kept.probe_report = ""  # they are of the colours before
     _redraw()
     return images
+
+
+def image_name(kept: last_render.KeptRender, layer: str) -> str:
+    """Return the name of the image that a layer of the last render is stored in."""
+    return IMAGE_NAME if len(kept.layers) == 1 else f"{IMAGE_NAME} {layer}"
 
 
 def _look(finished: Any) -> tuple[Any, ...]:
@@ -163,6 +168,33 @@ class DICHROMATIC_OT_relight(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class DICHROMATIC_OT_show_render(bpy.types.Operator):
+    """Show the image that is relit."""
+
+    bl_idname = "dichromatic.show_render"
+    bl_label = "Show Relit Image"
+    bl_description = (
+        "Show the image that relighting changes in this editor; Blender's own Render Result stays as it was"
+    )
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        if context.space_data is None or context.space_data.type != "IMAGE_EDITOR":
+            cls.poll_message_set("Images are shown in the Image Editor")
+            return False
+        return last_render.kept_render(context.scene) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        kept = last_render.kept_render(context.scene)
+        if kept is None:
+            self.report({"ERROR"}, "the render is no longer kept")
+            return {"CANCELLED"}
+        finished = kept.layer(context.view_layer.name)
+        context.space_data.image = store_image(finished, image_name(kept, finished.exported.layer))
+        return {"FINISHED"}
+
+
 class DICHROMATIC_OT_free_render(bpy.types.Operator):
     """Let the last render go."""
 
@@ -180,7 +212,7 @@ class DICHROMATIC_OT_free_render(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (DICHROMATIC_OT_relight, DICHROMATIC_OT_free_render)
+CLASSES = (DICHROMATIC_OT_relight, DICHROMATIC_OT_show_render, DICHROMATIC_OT_free_render)
 
 
 def register() -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from . import last_render
+from .live_relight import image_name
 from .names import ENGINE_ID
 from .relighting import settings_differences
 from .study_settings import STANDARD_LAMPS
@@ -74,6 +75,11 @@ class _Kept:
         row = layout.row(align=True)
         row.operator("dichromatic.relight", icon="LIGHT")
         row.operator("dichromatic.free_render", text="", icon="TRASH")
+        space = getattr(context, "space_data", None)
+        if self.bl_space_type == "IMAGE_EDITOR" and space is not None:
+            name = image_name(kept, kept.layer(context.view_layer.name).exported.layer)
+            if space.image is None or space.image.name != name:
+                layout.operator("dichromatic.show_render", icon="IMAGE_DATA")
         _draw_state(layout, context, kept)
         row = layout.row(align=True)
         row.operator("dichromatic.open_render", text="Open", icon="FILE_FOLDER")

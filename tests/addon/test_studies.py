@@ -308,6 +308,18 @@ def test_the_last_render_is_let_go(rendered: Any) -> None:
     assert not bpy.ops.dichromatic.relight.poll()
 
 
+def test_the_image_editor_offers_the_image_that_is_relit(studio: Any) -> None:
+    bpy.ops.render.render()
+    assert IMAGE_NAME not in bpy.data.images
+    space = SimpleNamespace(type="IMAGE_EDITOR", image=None)
+    panel = study_panels.DICHROMATIC_PT_image
+    assert "dichromatic.show_render" in draw(panel, studio, space).names("operator")
+    context = SimpleNamespace(scene=studio, view_layer=studio.view_layers[0], space_data=space)
+    assert live_relight.DICHROMATIC_OT_show_render.execute(SimpleNamespace(), context) == {"FINISHED"}
+    assert space.image == bpy.data.images[IMAGE_NAME]
+    assert "dichromatic.show_render" not in draw(panel, studio, space).names("operator")
+
+
 # ---- studies
 
 
@@ -531,7 +543,7 @@ def test_the_estimate_is_shown_until_the_settings_change(studio: Any) -> None:
 # ---- panels
 
 
-def draw(panel: Any, scene: Any) -> FakeLayout:
+def draw(panel: Any, scene: Any, space: Any = None) -> FakeLayout:
     """Draw a panel on a fake layout and return what it asked for."""
     layout = FakeLayout()
     context = SimpleNamespace(
@@ -540,6 +552,7 @@ def draw(panel: Any, scene: Any) -> FakeLayout:
         view_layer=scene.view_layers[0],
         preferences=bpy.context.preferences,
         region=SimpleNamespace(width=400),
+        space_data=space,
     )
     assert panel.poll(context)
     drawer = SimpleNamespace(layout=layout, bl_space_type=panel.bl_space_type)
