@@ -13,7 +13,8 @@ from ._core import core
 from .camera_reading import Region
 from .engine import FinishedLayer
 from .operators import IMAGE_NAME, store_image
-from .picture import PictureColour, development_of, working_space_from_tristimulus
+from .output_display import output_development
+from .picture import PictureColour, working_space_from_tristimulus
 from .scene_export import ExportedScene
 
 __all__ = ["CLASSES", "register", "unregister"]
@@ -55,7 +56,7 @@ class DICHROMATIC_OT_save_render(_NeedsRender, bpy.types.Operator, ExportHelper)
     def execute(self, context: Any) -> set[str]:
         path = bpy.path.abspath(self.filepath)
         try:
-            core.save_render(path, _kept_layer(context).render, development_of(context.scene))
+            core.save_render(path, _kept_layer(context).render, output_development(context.scene))
         except core.DichromaticError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -275,3 +275,12 @@ def test_the_command_lines_display_comes_first(blend, monitor, tmp_path, capsys)
     assert not png.exists()
     assert cli.main(["render", str(blend), "-o", str(png), "--display", "rec2020", "--gamut", "clip"]) == 0
     np.testing.assert_allclose(shown_by(png), expected_drive(bpy.context.scene, "rec2020"), atol=1.0 / 255)
+
+
+def test_a_saved_render_knows_its_display(tiles, monitor, tmp_path):
+    choose(tiles, "monitor", monitor, "compress")
+    bpy.ops.dichromatic.render_image()
+    film = tmp_path / "tiles.npz"
+    assert bpy.ops.dichromatic.save_render(filepath=str(film)) == {"FINISHED"}
+    _, development = core.open_render(film)
+    assert (development.shown.name, development.gamut, development.exposure) == ("studio", "compress", 0.5)
