@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
+
+import bpy
 
 from ._core import core
 from .nodes.imported import record_of
 from .nodes.reading import read_material
 from .wrapped import draw_wrapped
 
-__all__ = ["draw_energy_warnings", "draw_provenance", "provenance_lines", "warnings_of"]
+__all__ = ["draw_energy_warnings", "draw_provenance", "fitted_lines", "unregister", "warnings_of"]
+
+_REST = 0.25  # seconds without a new value before warnings are computed: a slider that is dragged must not stutter
+_KEPT = 256  # materials whose warnings are remembered
+
+_warnings: dict[core.Material, tuple[str, ...]] = {}
+_waiting: list[core.Material] = []  # the one that was drawn last without its warnings
 
 
-@lru_cache(maxsize=256)
 def warnings_of(material: core.Material) -> tuple[str, ...]:
-    """Return where a material creates light; a tenth of a second for new values, nothing for those of the last redraw.
+    """Return where a material creates light; a tenth of a second for new values, nothing for known ones.
 
     Parameters
     ----------
@@ -27,7 +33,36 @@ def warnings_of(material: core.Material) -> tuple[str, ...]:
     tuple of str
         One sentence each.
     """
-    return core.energy_warnings(material)
+    if material not in _warnings:
+        if len(_warnings) >= _KEPT:
+            _warnings.clear()
+        _warnings[material] = core.energy_warnings(material)
+    return _warnings[material]
+
+
+def _after_rest() -> None:
+    """Compute what was drawn last, and have it drawn (Blender's timer)."""
+    while _waiting:
+        warnings_of(_waiting.pop())
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
+
+
+def _request(material: core.Material) -> None:
+    _waiting[:] = [material]
+    if bpy.app.timers.is_registered(_after_rest):
+        bpy.app.timers.unregister(_after_rest)
+    bpy.app.timers.register(_after_rest, first_interval=_REST)
+
+
+def unregister() -> None:
+    """Forget everything, with the add-on."""
+    if bpy.app.timers.is_registered(_after_rest):
+        bpy.app.timers.unregister(_after_rest)
+    _waiting.clear()
+    _warnings.clear()
 
 
 def draw_energy_warnings(layout: Any, material: Any, width: int) -> None:
@@ -43,15 +78,19 @@ def draw_energy_warnings(layout: Any, material: Any, width: int) -> None:
         Characters in a line.
     """
     try:
-        found = warnings_of(read_material(material).material)
+        read = read_material(material).material
+        if read not in _warnings and not bpy.app.background:
+            _request(read)  # drawn as soon as the values rest
+            return
+        found = warnings_of(read)
     except core.DichromaticError:
         return  # the panel shows the reason with the node
     for text in found:
         draw_wrapped(layout, text, "INFO", width)
 
 
-def provenance_lines(record: core.fitting.MaterialRecord) -> list[str]:
-    """Say where an imported material comes from, a sentence each.
+def fitted_lines(record: core.fitting.MaterialRecord) -> list[str]:
+    """Say what an imported material was fitted to, and with which result.
 
     Parameters
     ----------
@@ -61,7 +100,7 @@ def provenance_lines(record: core.fitting.MaterialRecord) -> list[str]:
     Returns
     -------
     list of str
-        Source and residual, the fitted numbers with their intervals, then evidence and notes.
+        Source and residual, then the fitted numbers with their intervals.
     """
     origin = record.provenance
     lines = []
@@ -70,12 +109,11 @@ def provenance_lines(record: core.fitting.MaterialRecord) -> list[str]:
         lines.append(f"Fitted to {origin.source}{residual}")
     if origin.confidence and origin.parameters:
         lines.append(f"{origin.confidence:.0%} intervals when imported:")
-    lines += [interval.describe() for interval in origin.parameters]
-    return [*lines, *origin.evidence, *origin.notes]
+    return lines + [interval.describe() for interval in origin.parameters]
 
 
 def draw_provenance(layout: Any, node: Any, width: int) -> None:
-    """Draw a box that tells where an imported material comes from; nothing for a node without one.
+    """Draw a box that tells where an imported material comes from, and its evidence below; nothing for other nodes.
 
     Parameters
     ----------
@@ -95,5 +133,13 @@ def draw_provenance(layout: Any, node: Any, width: int) -> None:
         return
     box = layout.box()
     box.label(text=f"Imported: {record.name or 'a material without a name'}", icon="IMPORT")
-    for text in provenance_lines(record):
+    for text in fitted_lines(record):
         draw_wrapped(box, text, "NONE", width - 4)
+    evidence = (*record.provenance.evidence, *record.provenance.notes)
+    if not evidence:
+        return
+    header, body = layout.panel("dichromatic_evidence", default_closed=True)
+    header.label(text="Evidence")
+    if body is not None:
+        for text in evidence:
+            draw_wrapped(body, text, "DOT", width)

@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from . import material_notes
 from .compat import node_tree_of
 from .estimation import estimate_lines
 from .material_notes import draw_energy_warnings, draw_provenance
@@ -386,6 +387,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Leave Blender's panels, and take ours out again."""
+    material_notes.unregister()
     for panel in bpy.types.Panel.__subclasses__():
         if not panel.__name__.startswith("DICHROMATIC_"):
             getattr(panel, "COMPAT_ENGINES", set()).discard(ENGINE_ID)

@@ -230,9 +230,21 @@ def test_other_engines_see_the_colour(material, tmp_path):
     assert red > 3 * blue
 
 
+class OpenLayout(FakeLayout):
+    """A layout whose panels were all opened."""
+
+    def _sub(self, **_):
+        return OpenLayout(self.drawn)
+
+    row = column = box = _sub
+
+    def panel(self, idname, *, default_closed=False):
+        return self._sub(), self._sub()
+
+
 def draw(material, scene):
     """Draw the material panel and return the texts in it."""
-    layout = FakeLayout()
+    layout = OpenLayout()
     context = SimpleNamespace(
         scene=scene,
         engine="DICHROMATIC",
@@ -275,10 +287,37 @@ def test_the_panel_warns_of_created_light(material, scene):
 
 def test_warnings_are_computed_once_a_material(material, scene, monkeypatch):
     node = set_surface_node(material, METAL_NODE)
+    material_notes.unregister()  # forget what other tests drew
     calls = []
     monkeypatch.setattr(core, "energy_warnings", lambda given: calls.append(given) or ())
     for beta in (0.4321, 0.4321, 0.4322):
         node.inputs["beta"].default_value = beta
         draw(material, scene)
     assert len(calls) == 2
-    material_notes.warnings_of.cache_clear()
+    material_notes.unregister()
+
+
+def test_in_a_window_warnings_wait_until_the_values_rest(material, scene, monkeypatch):
+    material_notes.unregister()
+    node = set_surface_node(material, METAL_NODE)
+    computed = []
+    told = core.energy_warnings
+    with monkeypatch.context() as patch:
+        patch.setattr(core, "energy_warnings", lambda given: computed.append(given) or told(given))
+        patch.setattr(material_notes, "bpy", SimpleNamespace(app=WindowedApp(), context=bpy.context))
+        for degrees in (40.0, 41.0, 42.0):  # a slider that is dragged
+            node.inputs["beta"].default_value = math.radians(degrees)
+            assert not [text for text in draw(material, scene).names("label") if "receives" in text]
+        assert computed == []
+        bpy.app.timers.unregister(material_notes._after_rest)
+        material_notes._after_rest()
+        assert len(computed) == 1
+        assert [text for text in draw(material, scene).names("label") if "beta = 42 deg" in text]
+    material_notes.unregister()
+
+
+class WindowedApp:
+    """bpy.app of a Blender with a window."""
+
+    background = False
+    timers = bpy.app.timers
