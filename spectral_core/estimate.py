@@ -1,9 +1,8 @@
-"""What a render will cost and how far it will be off, from small parts of it.
+"""What a render will cost and how far it will be off, from a few rows of it.
 
-Error: strips of a few rows, spread over the picture at its full resolution, are rendered as asked and once more as the
-reference; their pixels are a fair sample of the picture's, so the mean colour difference needs no model. Time: the whole
-picture squeezed to fewer rows, at two heights and with one and two samples, which tells apart what is done once, once
-a sample, and once a row.
+Some rows, spread over the picture, are rendered as asked and once more as the reference; their pixels are a fair sample
+of the picture's, so the mean colour difference needs no model. Time: the same rows with one sample, and more rows with
+one sample, tell apart what is done once, once a sample, and once a row.
 """
 
 from __future__ import annotations
@@ -26,11 +25,10 @@ from .statistics import RenderStatistics
 __all__ = ["ColourError", "Estimate", "colour_error", "estimate", "expected_seconds", "reference_settings"]
 
 REFERENCE_SAMPLES = 16
-_STRIPS = 6
-_STRIP_ROWS = 2
-_STRIP_SAMPLES = 8  # least samples of the strips' reference
-_SQUEEZED = 6  # the taller of the squeezed pictures has this part of the rows
-_LOWER = 4  # and the lower one this part of these
+_SAMPLED_REFERENCE = 8  # least samples of the reference in the rows that are compared
+_LEAST_ROWS = 16
+_FEW_ROWS = 30  # one row of so many is compared
+_MORE_ROWS = 6  # and one of so many is timed with one sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +53,7 @@ class Estimate:
     Attributes
     ----------
     error : ColourError
-        Against the reference; the largest is that of the strips, so the picture's may be larger.
+        Against the reference; the largest is that of the rows compared, so the picture's may be larger.
     seconds : float
         Expected time of the whole render.
     spent : float
@@ -167,23 +165,15 @@ def colour_error(
     return ColourError(float(difference.mean()), float(np.percentile(difference, 95.0)), float(difference.max()))
 
 
-def _strips(height: int, rows: int, count: int) -> list[tuple[int, int]]:
-    """Runs of rows, one in the middle of each of `count` parts of the picture."""
-    count = max(1, min(count, height // rows))
-    centres = (np.arange(count) + 0.5) * height / count
-    first = np.clip(np.rint(centres - rows / 2).astype(int), 0, max(height - rows, 0))
-    return [(int(row), int(min(row + rows, height))) for row in first]
-
-
 def estimate(
     scene: Scene,
     settings: RenderSettings,
     development: Development | None = None,
     cancel: Cancel | None = None,
 ) -> Estimate:
-    """Estimate error and time of a render from small parts of it.
+    """Estimate error and time of a render from a few rows of it.
 
-    The reference of the strips has twice the samples that are asked, at least 8, instead of the four times and at least
+    The reference of these rows has twice the samples that are asked, at least 8, instead of the four times and at least
     16 of :func:`reference_settings`. Differences that shrink with the samples come out at most a tenth larger for it.
 
     Parameters
@@ -214,28 +204,24 @@ def estimate(
     Own design.
     """
     started = time.perf_counter()
-    strips = _strips(settings.height, _STRIP_ROWS, _STRIPS)
-    best = replace(reference_settings(settings), samples=max(_STRIP_SAMPLES, 2 * settings.samples))
-    asked, reference = (render(scene, s, cancel=cancel, rows=strips) for s in (settings, best))
-    chosen = np.concatenate([np.arange(first, last) for first, last in strips])
-    error = colour_error(asked.tristimulus()[chosen], reference.tristimulus()[chosen], settings.observer, development)
-    tall = max(1, settings.height // _SQUEEZED)
-    low = max(1, tall // _LOWER)
-    parts = [
-        render(scene, replace(settings, samples=samples, height=rows), cancel=cancel).statistics
-        for samples, rows in ((1, tall), (1, low), (2, low))
-    ]
-    seconds = expected_seconds(parts, settings)
+    low = min(settings.height, max(_LEAST_ROWS, settings.height // _FEW_ROWS))
+    tall = min(settings.height, max(4 * low, settings.height // _MORE_ROWS))
+    best = replace(reference_settings(settings), samples=max(_SAMPLED_REFERENCE, 2 * settings.samples))
+    once = replace(settings, samples=1)
+    asked, reference = (render(scene, s, cancel=cancel, rows=low) for s in (settings, best))
+    error = colour_error(asked.tristimulus(), reference.tristimulus(), settings.observer, development)
+    timed = [render(scene, once, cancel=cancel, rows=rows).statistics for rows in (tall, low)]
+    seconds = expected_seconds([*timed, asked.statistics], settings)
     return Estimate(error, seconds, time.perf_counter() - started)
 
 
 def expected_seconds(parts: Sequence[RenderStatistics], settings: RenderSettings) -> float:
-    """Expect the time of a render from three of its picture squeezed to fewer rows.
+    """Expect the time of a render from three with fewer rows.
 
     Parameters
     ----------
     parts : sequence of RenderStatistics, length 3
-        Of a tall and a low squeezed picture with one sample each, and of the low one with two.
+        Of many rows and of few with one sample each, and of the few with any number of samples.
     settings : RenderSettings
         The render in question.
 
@@ -260,6 +246,7 @@ def expected_seconds(parts: Sequence[RenderStatistics], settings: RenderSettings
     if per_row <= 0.0:
         per_row = max(work[0] / tall, work[1] / low)
     rest = max(work[1] - per_row * low, 0.0)
-    per_sample = min(max(work[2] - work[1] - per_row * low, 0.0), rest)
+    more = parts[2].samples - parts[1].samples
+    per_sample = min(max((work[2] - work[1]) / more - per_row * low, 0.0), rest) if more else 0.0
     once = rest - per_sample + min(part.seconds["geometry"] for part in parts)
     return once + settings.samples * (per_sample + settings.height * per_row)

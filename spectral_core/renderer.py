@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ from .tracing.camera import Camera
 from .tracing.geometry import Geometry
 from .tracing.sampling import pixel_offsets
 from .transport import Transport
+from .validation import require_integer
 from .visibility import Visibility
 
 __all__ = ["Band", "Cancel", "Progress", "Render", "render", "render_bands"]
@@ -146,7 +147,7 @@ def render(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
     on_band: Callable[[Band], None] | None = None,
-    rows: Sequence[tuple[int, int]] | None = None,
+    rows: int | None = None,
 ) -> Render:
     """Render a scene.
 
@@ -162,8 +163,9 @@ def render(
         Asked between bands, samples and lights; a true answer stops the render.
     on_band : callable, optional
         Called with each finished :class:`Band`, from the top down.
-    rows : sequence of (int, int), optional
-        Render only these runs of rows (first row, row after the last), increasing; the others stay black.
+    rows : int, optional
+        Render only so many rows, spread evenly over the picture, each as thin as one of the whole; the render is so
+        high. A cheap and fair sample of the picture.
 
     Returns
     -------
@@ -175,7 +177,7 @@ def render(
     SceneError
         If the scene has no camera.
     InvalidParameterError
-        If a spectrum or parameter is invalid.
+        If a spectrum or parameter is invalid, or `rows` is not between 1 and the height.
     RenderCancelledError
         If `cancel` said so.
 
@@ -186,8 +188,14 @@ def render(
     settings = settings or RenderSettings()
     if scene.camera is None:
         raise SceneError(f"scene '{scene.name}' has no camera")
+    thinness = 1.0
+    if rows is not None:
+        require_integer("rows", rows, 1, settings.height)
+        thinness = rows / settings.height
+        settings = replace(settings, height=rows)
     job = _Job.prepare(scene, scene.camera, settings, progress or _ignore_progress, cancel or _never)
-    bands = _bands(settings, [(0, settings.height)] if rows is None else rows)
+    job.offsets[:, 1] = 0.5 + (job.offsets[:, 1] - 0.5) * thinness
+    bands = _bands(settings)
     for number, (first, last) in enumerate(bands):
         job.progress(number / len(bands), f"rows {first + 1} to {last} of {settings.height}")
         job.render_band(first, last, on_band)
@@ -230,25 +238,16 @@ def render_bands(
     if scene.camera is None:
         raise SceneError(f"scene '{scene.name}' has no camera")
     job = _Job.prepare(scene, scene.camera, settings, _ignore_progress, _never, geometry)
-    for first, last in _bands(settings, [(0, settings.height)]):
+    for first, last in _bands(settings):
         finished: list[Band] = []
         job.render_band(first, last, finished.append)
         yield from finished
 
 
-def _bands(settings: RenderSettings, runs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Cut runs of rows into bands that keep to the bound of rays in memory."""
+def _bands(settings: RenderSettings) -> list[tuple[int, int]]:
+    """Cut the rows into bands that keep to the bound of rays in memory."""
     height = max(1, settings.band_samples // settings.width)
-    bands = []
-    end = 0
-    for first, last in runs:
-        if not end <= first < last <= settings.height:
-            raise InvalidParameterError(
-                f"rows must be increasing runs within 0 to {settings.height}, but one is {first} to {last}"
-            )
-        bands += [(row, min(row + height, last)) for row in range(first, last, height)]
-        end = last
-    return bands
+    return [(row, min(row + height, settings.height)) for row in range(0, settings.height, height)]
 
 
 def _ignore_progress(fraction: float, message: str) -> None:

@@ -37,9 +37,7 @@ def scenes(files):
 def main():
     time.perf_counter = time.process_time  # what statistics and estimate read
     files = [Path(name) for name in sys.argv[1:]] or sorted(SAMPLES.glob("*.blend"))
-    print(
-        f"{'scene':<14} {'true dE':>8} {'estimate':>9} {'ratio':>6} {'true s':>8} {'estimate':>9} {'ratio':>6} {'spent':>7}"
-    )
+    print("scene           true dE  estimate  ratio   true s  estimate  ratio   spent")
     for name, scene, settings, development in scenes(files):
         found = estimate(scene, settings, development)
         made = render(scene, settings)

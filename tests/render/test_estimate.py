@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spectral_core.colorimetry import observer, white_point
 from spectral_core.development import Development
 from spectral_core.errors import InvalidParameterError, RenderCancelledError
 from spectral_core.estimate import colour_error, estimate, expected_seconds, reference_settings
@@ -40,8 +41,8 @@ def test_the_time_model_stays_sane_when_noise_turns_times_round():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_estimated_error_is_within_a_factor_of_two_of_the_true_one(seed):
-    scene = random_scene(seed, balls=8, subdivisions=2)
-    settings = RenderSettings(128, 96, samples=2, max_bounces=2, seed=seed)
+    scene = random_scene(seed, balls=6, subdivisions=2)
+    settings = RenderSettings(96, 72, samples=2, max_bounces=2, seed=seed)
     found = estimate(scene, settings)
     made, reference = (render(scene, s).tristimulus() for s in (settings, reference_settings(settings)))
     true = colour_error(made, reference, settings.observer)
@@ -94,8 +95,6 @@ def test_colour_error_of_known_colours():
     mean_lightness = 0.5 * (lightness + changed)
     weight = 1.0 + 0.015 * (mean_lightness - 50.0) ** 2 / np.sqrt(20.0 + (mean_lightness - 50.0) ** 2)
     expected = (changed - lightness) / weight
-    from spectral_core.colorimetry import observer, white_point
-
     scene_white = white_point(development.adopted_white, observer("cie_1931_2"))
     found = colour_error(dark[..., None] * scene_white, light[..., None] * scene_white, "cie_1931_2", development)
     assert found.mean == pytest.approx(expected.mean(), rel=1e-9)
@@ -107,3 +106,15 @@ def test_colour_error_of_known_colours():
 def test_pictures_of_two_sizes_are_not_compared():
     with pytest.raises(InvalidParameterError, match=r"one shape, but have \(2, 3\) and \(3, 3\)"):
         colour_error(np.ones((2, 3)), np.ones((3, 3)), "cie_1931_2")
+
+
+def test_some_rows_of_a_picture_are_those_of_the_whole():
+    """Every third row, each as thin as in the whole and at its place: the same samples, so the same colours."""
+    scene = random_scene(7, balls=5, subdivisions=1)
+    settings = RenderSettings(40, 30, samples=3, precision="float64", max_bounces=1)
+    whole, some = render(scene, settings), render(scene, settings, rows=10)
+    assert some.film.height == 10
+    np.testing.assert_allclose(some.tristimulus(), whole.tristimulus()[1::3], rtol=1e-9)
+    assert np.array_equal(render(scene, settings, rows=30).tristimulus(), whole.tristimulus())
+    with pytest.raises(InvalidParameterError, match="rows"):
+        render(scene, settings, rows=31)
