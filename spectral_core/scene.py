@@ -18,6 +18,7 @@ from .validation import require_choice, require_in_range, require_integer
 __all__ = ["RenderSettings", "Scene", "World"]
 
 PRECISIONS = ("float32", "float64")
+LARGEST_PICTURE = 2**31 - 1  # pixels; the film numbers them with 32 bits
 BOUNCE_SPECTRA = ("auto", "terms", "nodes")
 _KINDS: dict[object, str] = {Material: "material", Light: "light", Instance: "instance"}
 
@@ -110,7 +111,7 @@ class RenderSettings:
     Attributes
     ----------
     width, height : int
-        Size of the image in pixels, at least 1.
+        Size of the image in pixels, at least 1; together at most 2147483647 pixels.
     samples : int
         Rays a pixel, at least 1; the same sub-pixel positions in every pixel.
     pixel_filter : str
@@ -165,6 +166,7 @@ class RenderSettings:
     def __post_init__(self) -> None:
         require_integer("width", self.width, 1)
         require_integer("height", self.height, 1)
+        require_integer("width x height", self.width * self.height, 1, LARGEST_PICTURE)
         require_integer("samples", self.samples, 1)
         require_choice("pixel_filter", self.pixel_filter, PIXEL_FILTERS)
         require_in_range("filter_width", self.filter_width, 1e-3, 16.0, unit="pixels")

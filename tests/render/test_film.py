@@ -187,6 +187,11 @@ def test_a_scene_holds_nothing_of_another_kind(part, kind):
         Scene(**{part: ["a word"]})
 
 
+def test_a_picture_has_no_more_pixels_than_the_film_can_number():
+    with pytest.raises(InvalidParameterError, match="width x height must lie between 1 and 2147483647"):
+        RenderSettings(65536, 65536)
+
+
 def test_materials_are_made_of_spectra():
     with pytest.raises(InvalidParameterError, match=r"body_reflectance must be a Spectrum, but is 0\.5"):
         TypeI(0.5)
