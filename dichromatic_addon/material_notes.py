@@ -131,7 +131,7 @@ def draw_provenance(layout: Any, node: Any, width: int) -> None:
         return
     if record is None:
         return
-    box = layout.box()
+    box = layout.box().column(align=True)
     box.label(text=f"Imported: {record.name or 'a material without a name'}", icon="IMPORT")
     for text in fitted_lines(record):
         draw_wrapped(box, text, "NONE", width - 4)

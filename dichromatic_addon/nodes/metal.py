@@ -138,25 +138,23 @@ class DichromaticNodeMetal(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         constants = core.optical_constants(self.metal)
         return core.TypeIII.from_optical_constants(constants, beta=0.1).normal_reflectance
 
-    def _draw_source(self: Any, layout: Any, **text: str) -> None:
-        layout.prop(self, "source", **text)
-        if self.source == "LIBRARY":
-            layout.prop(self, "metal", **text)
-            return
-        record = None if record_problem(self) else record_of(self)
-        if record is not None:
-            layout.label(text=record.name or "Imported metal")
-
     def draw_compact(self: Any, layout: Any) -> None:
         """Draw without labels, inside the node."""
-        self._draw_source(layout, text="")
+        layout.prop(self, "source", text="")
+        record = None if record_problem(self) else record_of(self)
+        if self.source == "LIBRARY":
+            layout.prop(self, "metal", text="")
+        elif record is not None:
+            layout.label(text=record.name or "Imported metal")
         layout.prop(self, "anisotropic")
         layout.prop(self, "energy_conserving")
         draw_link_problems(self, layout)
 
     def draw_labelled(self: Any, layout: Any) -> None:
         """Draw the same with labels, for sidebar and panel."""
-        self._draw_source(layout)
+        layout.prop(self, "source")
+        if self.source == "LIBRARY":
+            layout.prop(self, "metal")
         layout.prop(self, "incidence")
         column = layout.column()
         column.prop(self, "anisotropic")
