@@ -28,7 +28,7 @@ REFERENCE_SAMPLES = 16
 _SAMPLED_REFERENCE = 8  # least samples of the reference in the rows that are compared
 _LEAST_ROWS = 16
 _FEW_ROWS = 30  # one row of so many is compared
-_MORE_ROWS = 6  # and one of so many is timed with one sample
+_TIMED_PART = 16  # the rows that are timed with one sample cost one part in so many of the render
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +205,7 @@ def estimate(
     """
     started = time.perf_counter()
     low = min(settings.height, max(_LEAST_ROWS, settings.height // _FEW_ROWS))
-    tall = min(settings.height, max(4 * low, settings.height // _MORE_ROWS))
+    tall = min(settings.height, max(4 * low, settings.height * settings.samples // _TIMED_PART))
     best = replace(reference_settings(settings), samples=max(_SAMPLED_REFERENCE, 2 * settings.samples))
     once = replace(settings, samples=1)
     asked, reference = (render(scene, s, cancel=cancel, rows=low) for s in (settings, best))
