@@ -81,6 +81,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except core.RenderCancelledError:
         print("dichromatic: cancelled, nothing was written", file=sys.stderr)
         return EXIT_CANCELLED
+    except MemoryError as error:
+        print(f"dichromatic: not enough memory: {error or 'ask for a smaller picture'}", file=sys.stderr)
+        return EXIT_FAILURE
     except (core.DichromaticError, OSError) as error:
         print(f"dichromatic: {error}", file=sys.stderr)
         return EXIT_FAILURE

@@ -159,9 +159,12 @@ def _slots(finished: Any, differences: list[str]) -> tuple[Any, ...]:
     for slot in finished.render.spectra.slots:
         if slot.material not in now:
             material = _material(slot.material)
-            now[slot.material] = dict(zip(material.component_names, material.reflectances, strict=True))
+            now[slot.material] = {s.component: s.reflectance for s in core.slots_of_material(slot.material, material)}
             if slot.material in then:
                 _compare_materials(slot.material, then[slot.material], material, differences)
+        if slot.component == core.MIRROR and slot.component not in now[slot.material]:
+            slots.append(slot)  # it mirrors no longer, which the differences tell
+            continue
         if slot.component not in now[slot.material]:
             raise core.SceneError(f"material '{slot.material}' became another kind of material: render again")
         slots.append(replace(slot, reflectance=now[slot.material][slot.component]))
@@ -193,7 +196,7 @@ def _compare_materials(name: str, then: Any, now: Any, differences: list[str]) -
             and values[0] != values[1]
         ):
             differences.append(f"{part.name.replace('_', ' ')} of material '{name}' was changed")
-    if "body" in now.component_names and (now.energy_conserving or now.mirror > 0.0):
+    if "body" in now.component_names and now.energy_conserving:
         strongest = [float(material.reflectances[0].values.max()) for material in (then, now)]
         if strongest[0] != strongest[1]:
             differences.append(f"the strength of the interface of material '{name}' also decides where light goes")

@@ -26,6 +26,7 @@ from .display import DISPLAYS, GAMUT_METHODS, SRGB_WHITE, Display, display, fit_
 from .display_files import read_display
 from .errors import (
     DichromaticError,
+    FittingError,
     InvalidParameterError,
     MissingDependencyError,
     RenderCancelledError,
@@ -49,12 +50,13 @@ from .probe import PixelProbe, probe_pixel
 from .reflection.attenuation import ATTENUATIONS
 from .reflection.energy import energy_warnings
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
+from .reflection.mirror import MIRROR
 from .render_file import open_render, save_render
 from .renderer import Render, render, render_bands
 from .resampling import resample
 from .rgb_uplift import uplift
 from .scene import RenderSettings, Scene, World
-from .scene_spectra import SceneSpectra
+from .scene_spectra import SceneSpectra, slots_of_material
 from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
 from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
@@ -71,6 +73,7 @@ __all__ = [
     "GAMUT_METHODS",
     "GRID_PRESETS",
     "IMAGE_SUFFIXES",
+    "MIRROR",
     "OBSERVERS",
     "QUALITIES",
     "REFERENCE_WAVELENGTHS_NM",
@@ -79,6 +82,7 @@ __all__ = [
     "Development",
     "DichromaticError",
     "Display",
+    "FittingError",
     "Geometry",
     "Instance",
     "InvalidParameterError",
@@ -139,6 +143,7 @@ __all__ = [
     "replacing",
     "resample",
     "save_render",
+    "slots_of_material",
     "source_of",
     "tristimulus_weights",
     "uplift",

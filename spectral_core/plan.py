@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .reflection.mirror import mirror_components
+from .reflection.materials import Material, TypeI, TypeIII
+from .reflection.mirror import mirror_reflectances
 from .scene import RenderSettings, Scene
-from .scene_spectra import SceneSpectra, Term
+from .scene_spectra import SceneSpectra, Term, slots_of_material
 
 __all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "exact_depth", "make_plan"]
 
@@ -69,6 +70,9 @@ class RenderPlan:
         The world's term, when it is seen and not black.
     passes : tuple of RenderPass
         Work that is done or left out, with reasons.
+    monomials : tuple of tuple of int
+        Products of slots that mirrors may multiply light by, as far as they are kept exactly; the empty one, for
+        light that meets no mirror, first.
     distinct_products : int
         Products of spectra that are integrated, after equal ones are merged.
     """
@@ -77,15 +81,29 @@ class RenderPlan:
     materials: tuple[MaterialPlan | None, ...]
     background: Term | None
     passes: tuple[RenderPass, ...]
-    distinct_products: int
+    monomials: tuple[tuple[int, ...], ...] = ((),)
+    distinct_products: int = 0
 
     @property
-    def terms(self) -> tuple[Term, ...]:
-        """All terms that may occur, sorted."""
+    def direct_terms(self) -> tuple[Term, ...]:
+        """Terms of the light that meets no mirror, sorted."""
         found = {term for plan in self.materials if plan is not None for term in plan.terms}
         if self.background is not None:
             found.add(self.background)
         return tuple(sorted(found))
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All terms that may occur, sorted."""
+        return tuple(
+            sorted(
+                {
+                    Term(term.emitter, tuple(sorted((*term.slots, *monomial))))
+                    for term in self.direct_terms
+                    for monomial in self.monomials
+                }
+            )
+        )
 
     def describe(self) -> str:
         """Say in words what is computed and what is not.
@@ -152,14 +170,14 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
     slot = 0
     for index, (name, material) in enumerate(zip(scene.material_names, scene.materials, strict=True)):
         slots = range(slot, slot + len(material.reflectances))
-        slot += len(slots)
+        slot += len(slots_of_material(name, material))
         if index not in used:
             materials.append(None)
             passes.append(RenderPass(f"material '{name}'", False, "no triangle uses it"))
             continue
         known = {s: None if spectra.slots[s].is_unit else s for s in slots}
         terms = tuple(Term(light, () if s is None else (s,)) for light in lights for s in known.values())
-        mirror = tuple(known[slots[c]] for c in mirror_components(material)) if settings.max_bounces else ()
+        mirror = _mirror_slots(material, slots, slot - 1) if settings.max_bounces else ()
         materials.append(MaterialPlan(index, terms, mirror))
     world = scene.world
     if world.strength > 0.0:
@@ -170,8 +188,19 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
     passes.append(_spectral_pass(settings))
     passes.append(_mirror_pass(scene, settings, materials))
-    plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), 0)
-    return RenderPlan(plan.lights, plan.materials, plan.background, plan.passes, spectra.distinct_products(plan.terms))
+    monomials = _chains(settings, materials)[1]
+    plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), monomials)
+    return replace(plan, distinct_products=spectra.distinct_products(plan.terms))
+
+
+def _mirror_slots(material: Material, slots: range, extra: int) -> tuple[int | None, ...]:
+    """Slots of the spectra that a mirror bounce multiplies by; `extra` is the material's last slot."""
+    spectra = mirror_reflectances(material)
+    if not spectra or isinstance(material, TypeI):
+        return (None,) * len(spectra)
+    if isinstance(material, TypeIII):
+        return (slots[0], None)
+    return (extra,)
 
 
 def _used_materials(scene: Scene) -> set[int]:
@@ -230,14 +259,21 @@ def exact_depth(settings: RenderSettings, materials: Sequence[MaterialPlan | Non
     ----------
     Own design.
     """
-    if settings.bounce_spectra == "nodes":
-        return 0
-    if settings.bounce_spectra == "terms":
-        return settings.max_bounces
+    return _chains(settings, materials)[0]
+
+
+def _chains(
+    settings: RenderSettings, materials: Sequence[MaterialPlan | None]
+) -> tuple[int, tuple[tuple[int, ...], ...]]:
+    """Follow all chains of mirrors: how deep they are kept exactly, and the monomials that occur down to there."""
+    found: set[tuple[int, ...]] = {()}
+    chains: set[frozenset[tuple[int, ...]]] = {frozenset(found)}
     factors = {plan.mirror_slots for plan in materials if plan is not None and plan.mirror_slots}
+    if settings.bounce_spectra == "nodes" or not factors:
+        return 0 if settings.bounce_spectra == "nodes" else settings.max_bounces, ((),)
     # Even where no lamp shines, the background is a term.
     widest = max([1, *(len(set(plan.terms)) for plan in materials if plan is not None)])
-    chains: set[frozenset[tuple[int, ...]]] = {frozenset([()])}
+    is_limited = settings.bounce_spectra == "auto"
     for depth in range(settings.max_bounces):
         longer = set()
         for chain in chains:
@@ -247,13 +283,12 @@ def exact_depth(settings: RenderSettings, materials: Sequence[MaterialPlan | Non
                     for monomial in chain
                     for slot in slots
                 )
-                if len(product) * widest > settings.term_limit:
-                    return depth
                 longer.add(product)
-                if len(longer) > MAX_CHAINS:
-                    return depth
+                if is_limited and (len(product) * widest > settings.term_limit or len(longer) > MAX_CHAINS):
+                    return depth, tuple(sorted(found))
         chains = longer
-    return settings.max_bounces
+        found.update(*chains)
+    return settings.max_bounces, tuple(sorted(found))
 
 
 def _spectral_pass(settings: RenderSettings) -> RenderPass:

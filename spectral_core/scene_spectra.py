@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 from .colorimetry import Observer, WavelengthGrid, tristimulus_weights
 from .errors import InvalidParameterError
 from .lights import require_strength
-from .reflection.materials import GRAZING
+from .reflection.materials import GRAZING, Material, TypeII
+from .reflection.mirror import MIRROR, mirror_reflectances, scaled_to_peak
 from .resampling import resample
 from .spectra import Spectrum, require_not_negative
 
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term"]
+__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term", "slots_of_material"]
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -92,6 +93,38 @@ class ReflectanceSlot:
         require_not_negative(f"{self.component} reflectance of material '{self.material}'", self.reflectance)
 
 
+def slots_of_material(name: str, material: Material) -> tuple[ReflectanceSlot, ...]:
+    """List the slots that a material takes.
+
+    Parameters
+    ----------
+    name : str
+        The material's name.
+    material : Material
+        The material.
+
+    Returns
+    -------
+    tuple of ReflectanceSlot
+        One a component, and one more for what a mirroring cloth or paper mirrors with.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+    slots = [
+        ReflectanceSlot(name, component, reflectance, component == GRAZING)
+        for component, reflectance in zip(material.component_names, material.reflectances, strict=True)
+    ]
+    if isinstance(material, TypeII) and mirror_reflectances(material):
+        slots.append(ReflectanceSlot(name, MIRROR, scaled_to_peak(material.interface_reflectance)))
+    return tuple(slots)
+
+
 @dataclass(frozen=True, slots=True)
 class SceneSpectra:
     """All spectra of a scene, and the tristimulus values of their products.
@@ -132,11 +165,9 @@ class SceneSpectra:
         """
         emitters = [Emitter(light.name, light.illuminant, light.strength) for light in scene.lights]
         emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength))
-        slots = [
-            ReflectanceSlot(name, component, reflectance, component == GRAZING)
-            for name, material in zip(scene.material_names, scene.materials, strict=True)
-            for component, reflectance in zip(material.component_names, material.reflectances, strict=True)
-        ]
+        slots: list[ReflectanceSlot] = []
+        for name, material in zip(scene.material_names, scene.materials, strict=True):
+            slots += slots_of_material(name, material)
         return cls(tuple(emitters), tuple(slots))
 
     def with_light(
@@ -209,7 +240,7 @@ class SceneSpectra:
         ----------
         Own design.
         """
-        free = [(i, s) for i, s in enumerate(self.slots) if not s.is_unit]
+        free = [(i, s) for i, s in enumerate(self.slots) if not s.is_unit and s.component != MIRROR]
         hits = [i for i, s in free if s.material == material and s.component == component]
         if not hits:
             known = ", ".join(f"'{s.material}' {s.component}" for _, s in free)
@@ -219,6 +250,10 @@ class SceneSpectra:
         slots = list(self.slots)
         for index in hits:
             slots[index] = replace(slots[index], reflectance=reflectance)
+        if component == "interface":  # the mirror of a cloth follows its interface
+            for index, slot in enumerate(slots):
+                if slot.material == material and slot.component == MIRROR:
+                    slots[index] = replace(slot, reflectance=scaled_to_peak(reflectance))
         return replace(self, slots=tuple(slots))
 
     def tristimulus_table(self, terms: Sequence[Term], observer: Observer, grid: WavelengthGrid) -> NDArray[np.float64]:

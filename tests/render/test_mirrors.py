@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from spectral_core.colorimetry import observer
+from spectral_core.errors import InvalidParameterError
 from spectral_core.library import illuminant, optical_constants, reflectance
 from spectral_core.lights import SunLight
 from spectral_core.plan import exact_depth, make_plan
-from spectral_core.reflection.materials import TypeI, TypeIII
+from spectral_core.reflection.materials import TypeI, TypeII, TypeIII
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene, World
+from spectral_core.scene_spectra import SceneSpectra, Term
 from spectral_core.spectra import Spectrum
 from spectral_core.tracing.mesh import Instance, Mesh
 from tests.render.render_scenes import ball, floor, look_at, placed, still_life
@@ -166,6 +168,51 @@ def test_relighting_reaches_into_mirrors():
     ).tristimulus()
     np.testing.assert_allclose(relit, fresh, rtol=10 * FLOAT64_ROUNDING)
     assert np.abs(relit - first.tristimulus()).max() > 0.01
+
+
+def test_a_mirroring_cloth_is_relit_like_a_fresh_one():
+    """What a cloth mirrors with is its interface scaled to its peak: relighting must scale the new one alike."""
+    scene = mirrored_still_life()
+    plastic, cloth, metal = scene.materials
+    strong = Spectrum(np.array([400.0, 700.0]), np.array([2.4, 0.8]), name="strong")
+    settings = RenderSettings(36, 24, samples=1, precision="float64")
+
+    def with_cloth(interface):
+        changed = TypeII(cloth.body_reflectance, interface, cloth.attenuation, cloth.n, mirror=0.6)
+        materials = [plastic, changed, metal]
+        return Scene(scene.instances, materials, scene.lights, scene.camera, scene.world, scene.material_names)
+
+    first = render(with_cloth(cloth.interface_reflectance), settings)
+    relit = first.relit(first.spectra.with_reflectance("cloth", "interface", strong)).tristimulus()
+    np.testing.assert_allclose(relit, render(with_cloth(strong), settings).tristimulus(), rtol=10 * FLOAT64_ROUNDING)
+    with pytest.raises(InvalidParameterError, match="no material 'cloth' has a mirror reflectance"):
+        first.spectra.with_reflectance("cloth", "mirror", strong)
+
+
+def test_a_mirroring_plastic_is_relit_like_a_fresh_one():
+    """A neutral interface mirrors neutrally, however strong it is."""
+    scene = mirrored_still_life()
+    plastic, cloth, metal = scene.materials
+    settings = RenderSettings(36, 24, samples=1, precision="float64")
+    first = render(scene, settings)
+    relit = first.relit(first.spectra.with_reflectance("plastic", "interface", Spectrum.constant(3.0))).tristimulus()
+    changed = TypeI(plastic.body_reflectance, 3.0, plastic.attenuation, plastic.n, mirror=plastic.mirror)
+    fresh = Scene(
+        scene.instances, [changed, cloth, metal], scene.lights, scene.camera, scene.world, scene.material_names
+    )
+    np.testing.assert_allclose(relit, render(fresh, settings).tristimulus(), rtol=10 * FLOAT64_ROUNDING)
+
+
+def test_the_plan_counts_the_terms_that_mirrors_multiply():
+    scene = mirrored_still_life(max_bounces=1)
+    settings = RenderSettings(8, 6, samples=1, max_bounces=1)
+    plan = make_plan(scene, settings)
+    copper = next(i for i, s in enumerate(SceneSpectra.from_scene(scene).slots) if s.component == "normal")
+    assert plan.monomials == ((), (copper,))  # the plastic mirrors neutrally
+    direct = set(plan.direct_terms)
+    longer = {Term(t.emitter, tuple(sorted((*t.slots, copper)))) for t in direct}
+    assert set(plan.terms) == direct | longer
+    assert set(render(scene, settings).film.terms) <= set(plan.terms)
 
 
 def test_without_mirrors_or_bounces_no_mirror_ray_is_traced():
