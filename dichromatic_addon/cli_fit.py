@@ -39,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     lobe.add_argument("--attenuation", choices=core.reflection.ATTENUATIONS, help="law of f (default: the best)")
     lobe.add_argument("--n", type=float, metavar="N", help="hold n at this value")
     metal = parser.add_argument_group("metal (Type III)")
-    metal.add_argument("--beta", type=float, metavar="DEG", help="hold the half-value angle at this value")
-    metal.add_argument("--beta-across", type=float, metavar="DEG", help="hold that across the grain at this value")
+    metal.add_argument("--beta", type=_degrees, metavar="DEG", help="hold the half-value angle at this value")
+    metal.add_argument("--beta-across", type=_degrees, metavar="DEG", help="hold that across the grain at this value")
     metal.add_argument(
         "--isotropic", action="store_true", help="fit one half-value angle (default: two, where the data show them)"
     )
@@ -102,6 +102,16 @@ def _options(arguments: argparse.Namespace) -> core.fitting.FitOptions:
         scale=arguments.scale,
         confidence=arguments.confidence,
     )
+
+
+def _degrees(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value <= 90.0:
+        raise argparse.ArgumentTypeError(f"must lie between 0 and 90 degrees, but is {text!r}")
+    return value
 
 
 def _radians(degrees: float | None) -> float | None:

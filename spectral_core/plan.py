@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .lights import SpotLight
 from .reflection.materials import Material, TypeI, TypeIII
 from .reflection.mirror import mirror_reflectances
 from .scene import RenderSettings, Scene
@@ -163,6 +165,8 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
             passes.append(RenderPass(step, False, "its strength is 0"))
         elif not scene.instances:
             passes.append(RenderPass(step, False, "the scene has no surface"))
+        elif isinstance(light, SpotLight) and _misses(light, scene):
+            passes.append(RenderPass(step, False, "its cone misses the whole scene"))
         else:
             lights.append(index)
             passes.append(RenderPass(step, True, f"lit by {light.illuminant.name or 'an unnamed illuminant'}"))
@@ -191,6 +195,24 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
     monomials = _chains(settings, materials)[1]
     plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), monomials)
     return replace(plan, distinct_products=spectra.distinct_products(plan.terms))
+
+
+def _misses(light: SpotLight, scene: Scene) -> bool:
+    """Whether a spot light's cone does not touch the sphere around the scene."""
+    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
+    for instance in scene.instances:
+        if len(instance.mesh.triangles):
+            world = instance.mesh.vertices @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+            lower, upper = np.minimum(lower, world.min(axis=0)), np.maximum(upper, world.max(axis=0))
+    if not np.isfinite(lower).all():
+        return True
+    radius = 0.5 * float(np.linalg.norm(upper - lower))
+    offset = 0.5 * (lower + upper) - light.position
+    distance = float(np.linalg.norm(offset))
+    if distance <= radius:
+        return False
+    cosine = float(np.clip(offset @ light.direction / distance, -1.0, 1.0))
+    return math.acos(cosine) - math.asin(radius / distance) > 0.5 * light.spot_size + 1e-6
 
 
 def _mirror_slots(material: Material, slots: range, extra: int) -> tuple[int | None, ...]:

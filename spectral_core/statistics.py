@@ -24,6 +24,8 @@ class RenderStatistics:
         Triangles that were traced, and those without area that were left out.
     camera_rays, shadow_rays, mirror_rays : int
         Rays that were followed.
+    lit_points : dict of str to int
+        Points that each light reached, by its name.
     terms : int
         Monomials that occur in the film.
     film_bytes : int
@@ -47,6 +49,7 @@ class RenderStatistics:
     camera_rays: int = 0
     shadow_rays: int = 0
     mirror_rays: int = 0
+    lit_points: dict[str, int] = field(default_factory=dict)
     terms: int = 0
     film_bytes: int = 0
     is_relightable: bool = True
@@ -110,5 +113,8 @@ class RenderStatistics:
         if self.dropped_triangles:
             lines.append(f"{self.dropped_triangles:,} triangles without area were left out")
         lines.extend(self.plan.splitlines())
+        lines.extend(
+            f"light '{name}' reached nothing that is seen" for name, count in self.lit_points.items() if not count
+        )
         lines.extend(f"note: {note}" for note in self.notes)
         return "\n".join(lines)

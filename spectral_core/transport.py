@@ -134,6 +134,7 @@ class Transport:
             with self.statistics.timed("shadows"):
                 lit = self.visibility.unoccluded(light, points, illumination, candidates, is_scattered=depth > 0)
             self.statistics.shadow_rays += len(candidates)
+            self.statistics.lit_points[light.name] = self.statistics.lit_points.get(light.name, 0) + len(lit)
             with self.statistics.timed("shading"):
                 for (index, part), width, target in zip(groups, widths, coefficients, strict=True):
                     inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]

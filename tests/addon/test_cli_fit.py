@@ -120,3 +120,8 @@ def test_without_angles_the_tests_are_reported(tmp_path, capsys) -> None:
     data.write_text("\n".join(lines))
     assert cli.main(["fit", str(data)]) == 0
     assert "Without angles a metal (Type III) cannot be told from a plastic." in capsys.readouterr().out
+
+
+def test_an_angle_out_of_range_is_named_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["fit", "data.csv", "--beta", "200"]) == 2
+    assert "must lie between 0 and 90 degrees, but is '200'" in capsys.readouterr().err

@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from spectral_core.colorimetry import observer, wavelength_grid
 from spectral_core.errors import InvalidParameterError, RenderCancelledError, SceneError
 from spectral_core.film import FilmBuilder, add_rows
 from spectral_core.library import illuminant
-from spectral_core.lights import PointLight
+from spectral_core.lights import PointLight, SpotLight, SunLight
+from spectral_core.plan import make_plan
 from spectral_core.reflection.materials import TypeI, TypeIII
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene, World
@@ -228,3 +231,28 @@ def test_equal_spectra_are_integrated_once():
     plan = render(scene, RenderSettings(4, 4)).statistics.plan
     # 3 lights x (2 + 2 + 2 components) terms and the world; one lamp spectrum leaves 6 products and the world's
     assert plan.startswith("19 terms (spectra multiplied along a path), 7 distinct products integrated")
+
+
+def test_lights_that_reach_nothing_are_left_out_or_named():
+    scene = still_life()
+    key = scene.lights[0]
+    away = SpotLight((0.0, 0.0, 30.0), (0.0, 0.0, 1.0), 500.0, illuminant("A"), 0.9, 0.5, "away")
+    below = SunLight((0.0, 0.0, -1.0), 1.0, illuminant("A"), "below the floor")
+    lit = Scene(scene.instances, scene.materials, [key, away, below], scene.camera, scene.world, scene.material_names)
+    made = render(lit, RenderSettings(**SMALL))
+    assert "- shadow rays and shading for light 'away': its cone misses the whole scene" in made.statistics.plan
+    assert made.statistics.lit_points.keys() == {"key", "below the floor"}
+    assert made.statistics.lit_points["below the floor"] == 0
+    assert "light 'below the floor' reached nothing that is seen" in made.statistics.describe()
+    alone = Scene(scene.instances, scene.materials, [key], scene.camera, scene.world, scene.material_names)
+    assert np.array_equal(made.tristimulus(), render(alone, RenderSettings(**SMALL)).tristimulus())
+
+
+@given(st.floats(0.01, 3.1), st.floats(1.0, 50.0), st.floats(0.0, np.pi), st.floats(0.1, 0.9))
+def test_a_spot_light_is_left_out_only_if_it_lights_no_point(size, distance, turn, blend):
+    mesh = ball(1)
+    position = np.array([distance + 1.0, 0.0, 0.0])
+    light = SpotLight(position, (-np.cos(turn), np.sin(turn), 0.0), 1.0, illuminant("E"), size, blend, "spot")
+    scene = Scene([placed(mesh)], three_types()[:1], [light], look_at((0, -3, 0), (0, 0, 0), 0.4, 0.4))
+    if not make_plan(scene, RenderSettings(1, 1)).lights:
+        assert light.illuminate(mesh.vertices, np.zeros(3)).irradiance.max() == 0.0
