@@ -31,7 +31,7 @@ render:  ## sample_blends/cups.blend -> renders/cups.png (BLEND=, PICTURE=, SIZE
 	@$(BIN)/dichromatic render $(BLEND) -o $(PICTURE) --size $(SIZE) --samples $(SAMPLES)
 
 test: lint  ## lint, types, and the tests of the core and the add-on
-	@$(SETUP) test
+	@$(SETUP) test figures
 	$(BIN)/python -m pytest
 
 test-slow:  ## the tests that take minutes
@@ -69,11 +69,13 @@ tables:  ## measure the tables of docs/: errors of the wavelength grids, stabili
 	$(BIN)/python tools/measure_grids.py
 	$(BIN)/python -m tools.stability_table
 
-bench:  ## rays a second beside Embree, the cost of colour, relighting
+bench:  ## rays a second beside Embree, the cost of colour, relighting, growth, estimates (20 min)
 	@$(SETUP) bench
 	$(BIN)/python -m tests.benchmarks.tracing
 	$(BIN)/python -m tests.benchmarks.colour_cost
 	$(BIN)/python -m tests.benchmarks.relight
+	$(BIN)/python -m tests.benchmarks.growth
+	$(BIN)/python -m tests.benchmarks.estimate_accuracy
 
 clean:  ## remove the environments and everything that was made
 	rm -rf .venv .venv-* build dist renders artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

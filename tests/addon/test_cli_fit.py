@@ -13,6 +13,7 @@ import pytest
 from dichromatic_addon import cli
 from spectral_core.fitting import read_material_json, read_measurements
 from spectral_core.reflection import OpticalMeanReflectance, TypeI, TypeII, TypeIII
+from tests.optional import needs_matplotlib
 from tools.make_sample_measurements import write_all
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,9 +63,9 @@ def test_options_reach_the_fit(tmp_path) -> None:
     assert read_material_json(output).provenance.recommended_type == "II"
 
 
+@needs_matplotlib
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_the_plot_is_drawn(tmp_path, suffix) -> None:
-    pytest.importorskip("matplotlib")
     plot = tmp_path / f"fit{suffix}"
     assert cli.main(["fit", str(DATA / "copper.csv"), "--plot", str(plot)]) == 0
     head = plot.read_bytes()[:400]
