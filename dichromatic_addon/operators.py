@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -179,23 +177,16 @@ def write_image_with_blender(path: Path, pixels: NDArray[np.float32]) -> None:
     rgba[..., :channels] = pixels
     is_float = path.suffix.lower() == ".exr"
     image = bpy.data.images.new(".dichromatic output", width, height, alpha=channels == 4, float_buffer=is_float)
-    handle, temporary = tempfile.mkstemp(suffix=path.suffix.lower(), prefix=f".{path.stem}-", dir=path.parent)
-    os.close(handle)
     try:
         image.colorspace_settings.name = "Non-Color"  # the values go to the file as they are
         image.pixels.foreach_set(np.ascontiguousarray(rgba[::-1]).ravel())
         image.file_format = "OPEN_EXR" if is_float else "PNG"
-        image.filepath_raw = temporary
-        image.save()
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes private files
-        os.replace(temporary, path)
-    except (RuntimeError, OSError) as error:
+        with core.replacing(path) as temporary:
+            image.filepath_raw = str(temporary)
+            image.save()
+    except RuntimeError as error:  # Blender's own complaint
         raise core.DichromaticError(f"{path} cannot be written: {str(error).strip()}") from error
     finally:
-        if os.path.exists(temporary):
-            os.remove(temporary)
         bpy.data.images.remove(image)
 
 

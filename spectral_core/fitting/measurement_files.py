@@ -10,7 +10,6 @@ Two layouts, told apart by the first line that is not a comment; ``docs/fitting.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..atomic_files import replacing
 from ..errors import DichromaticError, SpectrumFileError
 from .measurements import REFERENCES, MeasurementGeometry, Measurements
 
@@ -275,14 +275,5 @@ def write_measurements(path: str | os.PathLike[str], measurements: Measurements,
 
 def write_text_atomically(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file beside its place and move it there, so that no half-written file is ever seen."""
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".tmp")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        mode = target.stat().st_mode & 0o777 if target.exists() else 0o644
-        os.chmod(temporary, mode)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
