@@ -245,7 +245,7 @@ def write_material_json(
     ------
     InvalidParameterError
         If the material is of another type.
-    OSError
+    DichromaticError
         If the file cannot be written.
 
     References

@@ -253,7 +253,7 @@ def write_measurements(path: str | os.PathLike[str], measurements: Measurements,
 
     Raises
     ------
-    OSError
+    DichromaticError
         If the file cannot be written.
 
     References

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spectral_core.errors import InvalidParameterError, SpectrumFileError
+from spectral_core.errors import DichromaticError, InvalidParameterError, SpectrumFileError
 from spectral_core.fitting import (
     Interval,
     MeasurementGeometry,
@@ -175,7 +175,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch) -> None:
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(DichromaticError, match="disk full"):  # the error of every file that is written
         write_material_json(path, TypeI(Spectrum.constant(0.5)))
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["material.json"]
