@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from . import cli_scene
 from ._core import core
@@ -48,10 +51,8 @@ def _draw(found: core.Tradeoff, path: Path) -> None:
     smallest = min((m.error.mean for m in found.measurements if m.error.mean > 0.0), default=1e-3)
     for axis in dict.fromkeys(m.axis for m in found.measurements):
         those = [m for m in found.measurements if m.axis == axis]
-        means = [max(m.error.mean, smallest) for m in those]
-        axes.plot([m.seconds for m in those], means, "o", label=axis, alpha=0.8)
-        for m, mean in zip(those, means, strict=True):
-            axes.annotate(m.value, (m.seconds, mean), xytext=(4, 3), textcoords="offset points", fontsize="x-small")
+        axes.plot([m.seconds for m in those], [max(m.error.mean, smallest) for m in those], "o", label=axis, alpha=0.8)
+    _label(axes, found.measurements, smallest)
     best = sorted((m.seconds, max(m.error.mean, smallest)) for m in found.measurements if m.is_pareto)
     axes.step(*zip(*best, strict=True), where="post", color="black", linewidth=0.8, label="Pareto set")
     axes.set_xscale("log")
@@ -61,3 +62,17 @@ def _draw(found: core.Tradeoff, path: Path) -> None:
     axes.set_title(f"{found.scene}: error against time")
     axes.legend(fontsize="small", frameon=False)
     save_figure(figure, path)
+
+
+def _label(axes: Any, measurements: Sequence[core.Measurement], smallest: float) -> None:
+    """Name the points, the Pareto set first, as far as the names do not cover one another."""
+    places = {m: (math.log(m.seconds), math.log(max(m.error.mean, smallest))) for m in measurements}
+    spans = [max(max(p[k] for p in places.values()) - min(p[k] for p in places.values()), 1e-9) for k in (0, 1)]
+    named: list[tuple[float, float]] = []
+    for m in sorted(measurements, key=lambda m: not m.is_pareto):
+        x, y = places[m][0] / spans[0], places[m][1] / spans[1]
+        if any(abs(x - a) < 0.11 and abs(y - b) < 0.05 for a, b in named):
+            continue
+        named.append((x, y))
+        place = (m.seconds, max(m.error.mean, smallest))
+        axes.annotate(f"{m.axis} {m.value}", place, xytext=(5, 4), textcoords="offset points", fontsize="x-small")

@@ -62,7 +62,7 @@ from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
 from .studies import contact_sheet, metamerism_map, relit_by
 from .tracing import Camera, Geometry, Instance, Mesh
-from .tradeoff import QUALITIES, Tradeoff, measure_tradeoff, quality_settings
+from .tradeoff import QUALITIES, Measurement, Tradeoff, measure_tradeoff, quality_settings
 
 __version__ = "0.1.0"
 
@@ -87,6 +87,7 @@ __all__ = [
     "Instance",
     "InvalidParameterError",
     "Material",
+    "Measurement",
     "Mesh",
     "MissingDependencyError",
     "PixelProbe",

@@ -18,6 +18,7 @@ from dichromatic_addon._core import core
 from dichromatic_addon.operators import render_layers
 from dichromatic_addon.progress_bar import ProgressBar, format_duration
 from tests.addon.building import add_camera, add_light, add_plane, small_picture, white_material
+from tests.optional import needs_matplotlib
 from tests.tolerances import FLOAT32_ROUNDING
 
 pytestmark = pytest.mark.bpy
@@ -268,3 +269,32 @@ def test_command_is_offered_inside_blender(addon: Any) -> None:
     assert cli._handles == []
     cli.register()
     assert len(cli._handles) == 1
+
+
+def test_plan_says_what_the_file_requires(blend: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["plan", str(blend)]) == 0
+    printed = capfd.readouterr().out
+    assert "+ shadow rays and shading for light 'Point': lit by" in printed
+    assert "- mirror bounces: no visible material mirrors the scene" in printed
+
+
+@needs_matplotlib
+def test_tradeoff_measures_the_file(blend: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    table, plot = tmp_path / "cost.csv", tmp_path / "cost.png"
+    assert cli.main(["tradeoff", str(blend), "--size", "24x16", "--csv", str(table), "--plot", str(plot)]) == 0
+    printed = capfd.readouterr().out
+    assert "24 x 16, 4 samples a pixel; Delta E 2000:" in printed
+    assert "For a mean Delta E 2000: for 1 take" in printed
+    rows = table.read_text().splitlines()
+    assert rows[0] == "axis,value,delta_e_mean,delta_e_95,delta_e_max,seconds,pareto"
+    assert {row.split(",")[0] for row in rows[1:]} == {"samples", "precision", "wavelengths", "resolution"}
+    assert plot.stat().st_size > 1000
+
+
+def test_a_kept_film_is_relit_like_a_fresh_render(blend: Path, tmp_path: Path) -> None:
+    """What the command line keeps and relights is what Blender renders once the lamp is dimmed in the file."""
+    film, relit, fresh = tmp_path / "kept.npz", tmp_path / "relit.exr", tmp_path / "fresh.exr"
+    assert cli.main(["render", str(blend), "-o", str(tmp_path / "a.exr"), "--film", str(film), "-q"]) == 0
+    assert cli.main(["relight", str(film), "--power", "Point=30", "-o", str(relit)]) == 0
+    assert cli.main(["render", str(blend), "-o", str(fresh), "--frame", "10", "-q"]) == 0
+    np.testing.assert_allclose(pixels_of(relit), pixels_of(fresh), rtol=4 * FLOAT32_ROUNDING, atol=1e-7)
