@@ -22,6 +22,6 @@ def test_library_example_makes_two_pictures(tmp_path: Path, monkeypatch: pytest.
     for picture in (halogen, tube):
         red, _, blue = picture[centre].mean(axis=(0, 1))
         assert blue > red  # the plastic is blue under either lamp
-        assert np.ptp(picture) > 0.5  # with highlights and shadows
+        assert np.ptp(picture) > 0.5  # with a highlight
     # A halogen lamp has the lesser share of blue.
     assert np.divide(*halogen.mean(axis=(0, 1))[[0, 2]]) > np.divide(*tube.mean(axis=(0, 1))[[0, 2]])
