@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .lights import SpotLight
 from .reflection.materials import Material, TypeI, TypeIII
 from .reflection.mirror import mirror_reflectances
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term, slots_of_material
+from .tracing.geometry import Geometry, bounding_sphere
 
-__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "exact_depth", "make_plan"]
+__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "make_plan"]
 
 
 MAX_CHAINS = 1024  # lists of terms, each a block of the film, that one depth of mirroring may add
@@ -75,6 +78,10 @@ class RenderPlan:
     monomials : tuple of tuple of int
         Products of slots that mirrors may multiply light by, as far as they are kept exactly; the empty one, for
         light that meets no mirror, first.
+    exact_depth : int
+        How many mirror bounces are kept as products of spectra, 0 to ``RenderSettings.max_bounces``.
+    terms : tuple of Term
+        All terms that may occur, mirrored ones included, sorted.
     distinct_products : int
         Products of spectra that are integrated, after equal ones are merged.
     """
@@ -84,6 +91,8 @@ class RenderPlan:
     background: Term | None
     passes: tuple[RenderPass, ...]
     monomials: tuple[tuple[int, ...], ...] = ((),)
+    exact_depth: int = 0
+    terms: tuple[Term, ...] = ()
     distinct_products: int = 0
 
     @property
@@ -93,19 +102,6 @@ class RenderPlan:
         if self.background is not None:
             found.add(self.background)
         return tuple(sorted(found))
-
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        """All terms that may occur, sorted."""
-        return tuple(
-            sorted(
-                {
-                    Term(term.emitter, tuple(sorted((*term.slots, *monomial))))
-                    for term in self.direct_terms
-                    for monomial in self.monomials
-                }
-            )
-        )
 
     def describe(self) -> str:
         """Say in words what is computed and what is not.
@@ -131,7 +127,7 @@ class RenderPlan:
         return "\n".join(lines)
 
 
-def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
+def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None = None) -> RenderPlan:
     """Find out what a scene requires.
 
     Parameters
@@ -140,6 +136,8 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
         The scene.
     settings : RenderSettings
         How it is to be rendered.
+    geometry : Geometry, optional
+        The scene's triangles where they have been gathered, which tell its extent at no cost.
 
     Returns
     -------
@@ -157,6 +155,11 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
     """
     spectra = SceneSpectra.from_scene(scene)
     used = _used_materials(scene)
+
+    @cache
+    def sphere() -> tuple[NDArray[np.float64], float]:
+        return bounding_sphere(scene.instances) if geometry is None else (geometry.centre, geometry.radius)
+
     passes: list[RenderPass] = []
     lights = []
     for index, light in enumerate(scene.lights):
@@ -165,7 +168,7 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
             passes.append(RenderPass(step, False, "its strength is 0"))
         elif not scene.instances:
             passes.append(RenderPass(step, False, "the scene has no surface"))
-        elif isinstance(light, SpotLight) and _misses(light, scene):
+        elif isinstance(light, SpotLight) and _misses(light, *sphere()):
             passes.append(RenderPass(step, False, "its cone misses the whole scene"))
         else:
             lights.append(index)
@@ -191,23 +194,22 @@ def make_plan(scene: Scene, settings: RenderSettings) -> RenderPlan:
         background = None
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
     passes.append(_spectral_pass(settings))
-    passes.append(_mirror_pass(scene, settings, materials))
-    monomials = _chains(settings, materials)[1]
-    plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), monomials)
-    return replace(plan, distinct_products=spectra.distinct_products(plan.terms))
+    depth, monomials = _chains(settings, materials)
+    passes.append(_mirror_pass(scene, settings, materials, depth))
+    plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), monomials, depth)
+    terms = _multiplied(plan.direct_terms, monomials)
+    return replace(plan, terms=terms, distinct_products=spectra.distinct_products(terms))
 
 
-def _misses(light: SpotLight, scene: Scene) -> bool:
+def _multiplied(terms: Sequence[Term], monomials: Sequence[tuple[int, ...]]) -> tuple[Term, ...]:
+    """Multiply all terms by all monomials."""
+    products = {Term(t.emitter, tuple(sorted((*t.slots, *monomial)))) for t in terms for monomial in monomials}
+    return tuple(sorted(products))
+
+
+def _misses(light: SpotLight, centre: NDArray[np.float64], radius: float) -> bool:
     """Whether a spot light's cone does not touch the sphere around the scene."""
-    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
-    for instance in scene.instances:
-        if len(instance.mesh.triangles):
-            world = instance.mesh.vertices @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
-            lower, upper = np.minimum(lower, world.min(axis=0)), np.maximum(upper, world.max(axis=0))
-    if not np.isfinite(lower).all():
-        return True
-    radius = 0.5 * float(np.linalg.norm(upper - lower))
-    offset = 0.5 * (lower + upper) - light.position
+    offset = centre - light.position
     distance = float(np.linalg.norm(offset))
     if distance <= radius:
         return False
@@ -234,7 +236,9 @@ def _used_materials(scene: Scene) -> set[int]:
     return used
 
 
-def _mirror_pass(scene: Scene, settings: RenderSettings, materials: Sequence[MaterialPlan | None]) -> RenderPass:
+def _mirror_pass(
+    scene: Scene, settings: RenderSettings, materials: Sequence[MaterialPlan | None], depth: int
+) -> RenderPass:
     step = "mirror bounces"
     mirrors = [plan for plan in materials if plan is not None and plan.mirror_slots]
     if settings.max_bounces == 0:
@@ -246,7 +250,6 @@ def _mirror_pass(scene: Scene, settings: RenderSettings, materials: Sequence[Mat
         return RenderPass(
             step, True, f"{names}, up to {settings.max_bounces} deep, carried on the '{settings.bounce_grid}' grid"
         )
-    depth = exact_depth(settings, materials)
     if depth == settings.max_bounces:
         spectra = "kept exactly as products of spectra"
     else:
@@ -257,37 +260,14 @@ def _mirror_pass(scene: Scene, settings: RenderSettings, materials: Sequence[Mat
     return RenderPass(step, True, f"{names}, up to {settings.max_bounces} deep, {spectra}")
 
 
-def exact_depth(settings: RenderSettings, materials: Sequence[MaterialPlan | None]) -> int:
-    """How many mirror bounces can be kept as products of spectra.
-
-    Parameters
-    ----------
-    settings : RenderSettings
-        The limits.
-    materials : sequence of MaterialPlan or None
-        The materials' terms and mirror slots.
-
-    Returns
-    -------
-    int
-        0 to ``settings.max_bounces``: up to this depth no chain of mirrors gives a pixel's list of terms more than
-        ``settings.term_limit`` entries, and the chains stay below a thousand.
-
-    Raises
-    ------
-    None.
-
-    References
-    ----------
-    Own design.
-    """
-    return _chains(settings, materials)[0]
-
-
 def _chains(
     settings: RenderSettings, materials: Sequence[MaterialPlan | None]
 ) -> tuple[int, tuple[tuple[int, ...], ...]]:
-    """Follow all chains of mirrors: how deep they are kept exactly, and the monomials that occur down to there."""
+    """Follow all chains of mirrors: how deep they are kept exactly, and the monomials that occur down to there.
+
+    Down to that depth no chain gives a pixel's list of terms more than ``settings.term_limit`` entries, and the chains
+    stay below `MAX_CHAINS`.
+    """
     found: set[tuple[int, ...]] = {()}
     chains: set[frozenset[tuple[int, ...]]] = {frozenset(found)}
     factors = {plan.mirror_slots for plan in materials if plan is not None and plan.mirror_slots}

@@ -291,16 +291,16 @@ class _Job:
         geometry: Geometry | None = None,
     ) -> _Job:
         started = time.perf_counter()
-        progress(0.0, "planning")
-        plan = make_plan(scene, settings)
-        spectra = SceneSpectra.from_scene(scene)
         dtype = np.float64 if settings.precision == "float64" else np.float32
-        sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
-        # The spectra are integrated before the first ray: a lamp without luminance should fail now, not after minutes.
-        spectra.tristimulus_table(plan.terms, sees, grid)
-        progress(0.0, "gathering triangles")
         if geometry is None:
+            progress(0.0, "gathering triangles")
             geometry = Geometry.from_instances(scene.instances, dtype)
+        progress(0.0, "planning")
+        plan = make_plan(scene, settings, geometry)
+        spectra = SceneSpectra.from_scene(scene)
+        sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
+        # A lamp without luminance should fail before the first ray, not after minutes; every lamp has a direct term.
+        spectra.tristimulus_table(plan.direct_terms, sees, grid)
         statistics = RenderStatistics(
             scene=scene.name,
             width=settings.width,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .colorimetry import Observer, tristimulus_weights, wavelength_grid
 from .film import FilmBuilder
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
-from .plan import MaterialPlan, RenderPlan, exact_depth
+from .plan import MaterialPlan, RenderPlan
 from .reflection.mirror import mirror_coefficients
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
@@ -53,12 +53,10 @@ class Transport:
     film: FilmBuilder
     statistics: RenderStatistics
     stop_if_cancelled: Callable[[], None]
-    _exact_depth: int = field(init=False)
     _nodes_nm: NDArray[np.float64] = field(init=False)
     _emitter_weights: dict[int, NDArray[np.float64]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._exact_depth = exact_depth(self.settings, self.plan.materials)
         self._nodes_nm = wavelength_grid(self.settings.bounce_grid).wavelengths_nm
 
     def from_camera(self, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.floating[Any]]) -> None:
@@ -212,7 +210,7 @@ class Transport:
         cosine = np.einsum("ij,ij->i", points.normal[part], points.to_viewer[part])
         weights = mirror_coefficients(self.scene.materials[material_plan.index], np.clip(cosine, 0, 1))
         arriving = polynomial.take(rays)
-        if depth > self._exact_depth:
+        if depth > self.plan.exact_depth:
             arriving = arriving.at_nodes(self.spectra, self._nodes_nm)
         product = multiply(arriving, weights, material_plan.mirror_slots, self.spectra, self._nodes_nm)
         return PathBundle(pixels[rays], origin, direction, points.triangle[part], product)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from .mesh import Instance, Mesh
 
-__all__ = ["Geometry"]
+__all__ = ["Geometry", "bounding_sphere"]
 
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -98,8 +98,7 @@ class Geometry:
         Normals under affine maps: Turkowski, "Properties of surface-normal transformations", Graphics Gems (1990).
         """
         dtype = np.dtype(dtype)
-        lower, upper = _bounds(instances)
-        centre = 0.5 * (lower + upper)
+        centre, radius = bounding_sphere(instances)
         smooth = any(i.mesh.corner_normals is not None for i in instances)
         textured = any(i.mesh.uv is not None for i in instances)
         parts = [_place(instance, centre, dtype, smooth, textured) for instance in instances]
@@ -114,7 +113,7 @@ class Geometry:
 
         return cls(
             centre=centre,
-            radius=float(0.5 * np.linalg.norm(upper - lower)),
+            radius=radius,
             vertices=joined("vertices", (3,)),
             triangles=np.concatenate(triangles) if parts else np.zeros((0, 3), np.int64),
             corners=joined("corners", (3, 3)),
@@ -287,14 +286,37 @@ class _Placed:
         return len(self.corners)
 
 
-def _bounds(instances: Sequence[Instance]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """World bounding box of the vertices that are used."""
+def bounding_sphere(instances: Sequence[Instance]) -> tuple[NDArray[np.float64], float]:
+    """Enclose the triangles of instances in the sphere about their bounding box.
+
+    Parameters
+    ----------
+    instances : sequence of Instance
+        Any number, none included.
+
+    Returns
+    -------
+    centre : (3,) ndarray of float64
+        In world coordinates; the origin for an empty scene.
+    radius : float
+        Half the diagonal of the box; 0 for an empty scene.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
     for instance in instances:
         if len(instance.mesh.triangles):
             world = _world_vertices(instance)[np.unique(instance.mesh.triangles)]
             lower, upper = np.minimum(lower, world.min(axis=0)), np.maximum(upper, world.max(axis=0))
-    return (lower, upper) if np.isfinite(lower).all() else (np.zeros(3), np.zeros(3))
+    if not np.isfinite(lower).all():
+        return np.zeros(3), 0.0
+    return 0.5 * (lower + upper), float(0.5 * np.linalg.norm(upper - lower))
 
 
 def _world_vertices(instance: Instance) -> NDArray[np.float64]:

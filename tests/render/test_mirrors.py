@@ -9,7 +9,7 @@ from spectral_core.colorimetry import observer
 from spectral_core.errors import InvalidParameterError
 from spectral_core.library import illuminant, optical_constants, reflectance
 from spectral_core.lights import SunLight
-from spectral_core.plan import exact_depth, make_plan
+from spectral_core.plan import make_plan
 from spectral_core.reflection.materials import TypeI, TypeII, TypeIII
 from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene, World
@@ -146,7 +146,7 @@ def test_the_limit_holds_where_only_the_world_shines():
     settings = RenderSettings(max_bounces=12, term_limit=16)
     plan = make_plan(Scene(panes, metals, world=World(strength=1.0)), settings)
     # Bounces off four metals, of two terms each, give 2^depth products of spectra.
-    assert exact_depth(settings, plan.materials) == 4
+    assert plan.exact_depth == 4
 
 
 def test_relighting_reaches_into_mirrors():
