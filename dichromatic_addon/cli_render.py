@@ -95,9 +95,9 @@ def _development(scene: Any, shown: core.Display | None, gamut: str | None) -> c
     if shown is None:
         made = development_of(scene)
     else:  # then the file's own display need not be there
-        from .picture import development_of as for_srgb
+        from .picture import srgb_development
 
-        made = replace(for_srgb(scene), shown=shown, gamut=scene.dichromatic.gamut)
+        made = replace(srgb_development(scene), shown=shown, gamut=scene.dichromatic.gamut)
     return made if gamut is None else replace(made, gamut=gamut)
 
 

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ._core import core
-from .picture import development_of
+from .picture import srgb_development
 from .properties import read_settings
 from .scene_export import export_scene
 
@@ -60,7 +60,7 @@ class DICHROMATIC_OT_estimate(bpy.types.Operator):
             context.window.cursor_set("WAIT")
         try:
             exported = export_scene(context.evaluated_depsgraph_get())
-            found = core.estimate(exported.scene, exported.settings, development_of(scene))
+            found = core.estimate(exported.scene, exported.settings, srgb_development(scene))
             _estimates[scene.name] = read_settings(scene), found
         except core.DichromaticError as error:
             self.report({"ERROR"}, str(error))

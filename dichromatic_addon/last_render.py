@@ -13,6 +13,7 @@ from bpy.app.handlers import persistent
 
 __all__ = [
     "KeptRender",
+    "NeedsKeptRender",
     "forget",
     "kept_render",
     "register",
@@ -119,6 +120,17 @@ def _before_render(scene: Any, *_: Any) -> None:
 def _on_load(*_: Any) -> None:
     _kept.clear()
     _begun.clear()
+
+
+class NeedsKeptRender:
+    """For operators: they can be used once a render of the scene is kept."""
+
+    @classmethod
+    def poll(cls: Any, context: Any) -> bool:
+        if kept_render(context.scene) is None:
+            cls.poll_message_set("No render of this scene is kept: render it first, or open one")
+            return False
+        return True
 
 
 HANDLERS = (("render_init", _before_render), ("load_pre", _on_load))

@@ -13,7 +13,7 @@ from ._core import core
 from .output_display import OutputDisplay, read_output
 from .properties import read_display
 
-__all__ = ["PictureColour", "development_of", "picture_colour", "working_space_from_tristimulus"]
+__all__ = ["PictureColour", "picture_colour", "srgb_development", "working_space_from_tristimulus"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +82,7 @@ def picture_colour(scene: Any) -> PictureColour:
     )
 
 
-def development_of(scene: Any) -> core.Development:
+def srgb_development(scene: Any) -> core.Development:
     """Return how the picture of a Blender scene is made for sRGB: its adopted white, adaptation and exposure."""
     shown = read_display(scene)
     return core.Development(

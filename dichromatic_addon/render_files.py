@@ -27,20 +27,13 @@ def _kept_layer(context: Any) -> Any:
     return kept.layer(context.view_layer.name)
 
 
-class _NeedsRender:
-    """Poll of the operators that write."""
+class _Writer(last_render.NeedsKeptRender):
+    """What the operators that write share."""
 
     bl_options = {"REGISTER"}
 
-    @classmethod
-    def poll(cls: Any, context: Any) -> bool:
-        if last_render.kept_render(context.scene) is None:
-            cls.poll_message_set("No render of this scene is kept: render it first, or open one")
-            return False
-        return True
 
-
-class DICHROMATIC_OT_save_render(_NeedsRender, bpy.types.Operator, ExportHelper):
+class DICHROMATIC_OT_save_render(_Writer, bpy.types.Operator, ExportHelper):
     """Write the last render with its film."""
 
     bl_idname = "dichromatic.save_render"
@@ -118,7 +111,7 @@ def _opened(scene: Any, path: str) -> FinishedLayer:
     return FinishedLayer(render, exported)
 
 
-class DICHROMATIC_OT_write_spectral_exr(_NeedsRender, bpy.types.Operator, ExportHelper):
+class DICHROMATIC_OT_write_spectral_exr(_Writer, bpy.types.Operator, ExportHelper):
     """Write the spectra of all pixels."""
 
     bl_idname = "dichromatic.write_spectral_exr"

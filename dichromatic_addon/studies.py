@@ -14,7 +14,7 @@ from ._core import core
 from .bitmap_font import draw_text, text_width
 from .callbacks import search_callback
 from .operators import put_image
-from .picture import development_of
+from .picture import srgb_development
 from .spectrum_plot import plot_spectra
 from .spectrum_sources import illuminant_by_name, search_illuminants
 from .study_settings import STANDARD_LAMPS, sheet_lamps
@@ -48,17 +48,10 @@ def _show(context: Any, image: Any) -> None:
         space.image = image
 
 
-class _Study:
+class _Study(last_render.NeedsKeptRender):
     """What the operators share: a render must be there, and what cannot be done is reported with its reason."""
 
     bl_options = {"REGISTER"}
-
-    @classmethod
-    def poll(cls: Any, context: Any) -> bool:
-        if last_render.kept_render(context.scene) is None:
-            cls.poll_message_set("No render of this scene is kept: render it first, or open one")
-            return False
-        return True
 
     def execute(self: Any, context: Any) -> set[str]:
         try:
@@ -96,7 +89,7 @@ class DICHROMATIC_OT_metamerism_map(_Study, bpy.types.Operator):
     def study(self, context: Any) -> None:
         finished = _shown(context)
         lamps = illuminant_by_name(self.first), illuminant_by_name(self.second)
-        found = core.metamerism_map(finished.render, *lamps, development_of(context.scene))
+        found = core.metamerism_map(finished.render, *lamps, srgb_development(context.scene))
         _show(context, put_image(MAP_IMAGE, found.picture(self.largest)))
         report = found.describe()
         _kept(context).map_report = report
@@ -124,7 +117,7 @@ class DICHROMATIC_OT_contact_sheet(_Study, bpy.types.Operator):
         sheet = core.contact_sheet(
             finished.render,
             [illuminant_by_name(name) for name in names],
-            development_of(context.scene),
+            srgb_development(context.scene),
             columns=self.columns or None,
             adapt=self.adapt,
             gap=_GAP,
