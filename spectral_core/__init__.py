@@ -44,6 +44,7 @@ from .library import (
     reflectance_names,
     source_of,
 )
+from .light_groups import LIGHT_COMPONENTS, LightPart, split_light
 from .lights import PointLight, SpotLight, SunLight
 from .plan import make_plan
 from .probe import PixelProbe, probe_pixel
@@ -73,6 +74,7 @@ __all__ = [
     "GAMUT_METHODS",
     "GRID_PRESETS",
     "IMAGE_SUFFIXES",
+    "LIGHT_COMPONENTS",
     "MIRROR",
     "OBSERVERS",
     "QUALITIES",
@@ -86,6 +88,7 @@ __all__ = [
     "Geometry",
     "Instance",
     "InvalidParameterError",
+    "LightPart",
     "Material",
     "Measurement",
     "Mesh",
@@ -146,6 +149,7 @@ __all__ = [
     "save_render",
     "slots_of_material",
     "source_of",
+    "split_light",
     "tristimulus_weights",
     "uplift",
     "wavelength_grid",

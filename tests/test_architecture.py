@@ -29,7 +29,7 @@ STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"lights", "scene_spectra", "scene", "fitting"}),
     frozenset({"development", "plan", "shading", "film", "visibility", "paths", "statistics", "transport"}),
     frozenset({"renderer"}),
-    frozenset({"probe", "render_file", "spectral_exr", "studies", "estimate", "tradeoff"}),
+    frozenset({"light_groups", "probe", "render_file", "spectral_exr", "studies", "estimate", "tradeoff"}),
 )
 
 # tracing knows meshes and rays, never a spectrum; reflection knows vectors and spectra, never a mesh.
