@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .lights import Illumination
 from .reflection.materials import Material
+from .tracing.columns import take_rows
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits
 
@@ -21,10 +22,12 @@ _GRAZING_COSINE = 1e-4  # an interpolated normal is turned so that the viewer se
 
 @dataclass(frozen=True, slots=True)
 class SurfacePoints:
-    """N visible points, sorted by material.
+    """N visible points, sorted by material; vectors are in Fortran order, see :mod:`.tracing.columns`.
 
     Attributes
     ----------
+    geometry : Geometry
+        What the points lie on.
     ray : ndarray of int64, shape (N,)
         Which of the rays found the point.
     triangle : ndarray of int64, shape (N,)
@@ -33,17 +36,17 @@ class SurfacePoints:
         Material index, increasing.
     position : ndarray, shape (N, 3)
         Relative to the geometry's centre (m).
-    normal, geometric_normal, tangent, to_viewer : ndarray, shape (N, 3)
+    normal, geometric_normal, to_viewer : ndarray, shape (N, 3)
         Unit vectors; both normals are on the viewer's side.
     """
 
+    geometry: Geometry
     ray: NDArray[np.int64]
     triangle: NDArray[np.int64]
     material: NDArray[np.int64]
     position: NDArray[np.floating[Any]]
     normal: NDArray[np.floating[Any]]
     geometric_normal: NDArray[np.floating[Any]]
-    tangent: NDArray[np.floating[Any]]
     to_viewer: NDArray[np.floating[Any]]
 
     def __len__(self) -> int:
@@ -103,27 +106,34 @@ def surface_points(
     The turning of interpolated normals that face away from the viewer is common practice; it keeps smooth
     silhouettes from showing black rims where Eq. 8 has no defined value.
     """
-    found = np.flatnonzero(hits.triangle >= 0)
-    material = geometry.material_index[hits.triangle[found]]
-    found = found[np.argsort(material, kind="stable")]
-    triangle = hits.triangle[found]
-    u, v = hits.u[found], hits.v[found]
-    to_viewer = -directions[found]
-    normal, geometric, tangent = geometry.shading(triangle, u, v)
-    back = np.einsum("ij,ij->i", geometric, to_viewer) < 0
-    geometric = np.where(back[:, None], -geometric, geometric)
-    normal = np.where(back[:, None], -normal, normal)
+    found = _by_material(np.flatnonzero(hits.triangle >= 0), geometry, hits)
+    triangle = hits.triangle.take(found)
+    u, v = hits.u.take(found), hits.v.take(found)
+    to_viewer = -take_rows(directions, found)
+    normal, geometric = geometry.normals(triangle, u, v)
+    side = np.copysign(geometric.dtype.type(1), np.einsum("ij,ij->i", geometric, to_viewer))[:, None]
+    normal, geometric = normal * side, geometric * side
     normal = _turn_to_viewer(normal, to_viewer)
     return SurfacePoints(
+        geometry=geometry,
         ray=found,
         triangle=triangle,
-        material=geometry.material_index[triangle],
+        material=geometry.material_index.take(triangle),
         position=geometry.points(triangle, u, v),
         normal=normal,
         geometric_normal=geometric,
-        tangent=tangent,
         to_viewer=to_viewer,
     )
+
+
+def _by_material(rays: NDArray[np.int64], geometry: Geometry, hits: Hits) -> NDArray[np.int64]:
+    """Sort rays that hit by material; those of one material keep their order."""
+    material = geometry.material_index.take(hits.triangle.take(rays))
+    if not len(material) or material.min() == material.max():
+        return rays
+    if material.max() < 1 << 16:  # numpy sorts 16 bits by radix
+        material = material.astype(np.uint16)
+    return rays.take(np.argsort(material, kind="stable"))
 
 
 def _turn_to_viewer(
@@ -137,7 +147,7 @@ def _turn_to_viewer(
         # A normal that points straight away from the viewer has no nearest visible neighbour but the view itself.
         straight = length < _GRAZING_COSINE
         turned = np.where(straight[:, None], to_viewer[averted], turned / np.where(straight, 1, length)[:, None])
-        normal = normal.copy()
+        normal = normal.copy(order="K")
         normal[averted] = turned
     return normal
 
@@ -202,13 +212,14 @@ def component_coefficients(
     ----------
     Tominaga 1996, Eqs. 3 and 8-10: radiance = radiance factor x irradiance / pi.
     """
+    normal = take_rows(points.normal, index)
     coefficients = material.coefficients(
-        points.normal.take(index, axis=0),
-        illumination.to_light.take(index, axis=0),
-        points.to_viewer.take(index, axis=0),
-        points.tangent.take(index, axis=0) if material.needs_tangent else None,
+        normal,
+        take_rows(illumination.to_light, index),
+        take_rows(points.to_viewer, index),
+        points.geometry.tangents(points.triangle.take(index), normal) if material.needs_tangent else None,
     )
-    scale = illumination.irradiance[index] / points.position.dtype.type(math.pi)
+    scale = illumination.irradiance.take(index) / points.position.dtype.type(math.pi)
     result: NDArray[np.floating[Any]] = coefficients * scale[:, None]
     return result
 

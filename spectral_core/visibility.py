@@ -12,6 +12,7 @@ from .paths import PathBundle
 from .shading import SurfacePoints
 from .tracing.bvh import Bvh
 from .tracing.camera import Camera
+from .tracing.columns import take_rows
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
 from .tracing.rasterize import PrimaryView
@@ -164,11 +165,10 @@ class Visibility:
         """
         if not len(candidates):
             return candidates
-        directions = illumination.to_light[candidates]
-        origins = offset_origins(
-            points.position[candidates], points.geometric_normal[candidates], directions, self._geometry.radius
-        )
-        own = points.triangle[candidates]
+        directions = take_rows(illumination.to_light, candidates)
+        position, normal = take_rows(points.position, candidates), take_rows(points.geometric_normal, candidates)
+        origins = offset_origins(position, normal, directions, self._geometry.radius)
+        own = points.triangle.take(candidates)
         if not is_scattered:
             blocked = self._light_view(light).occluded(origins, own)
         elif isinstance(light, SunLight):

@@ -9,12 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from .columns import take_rows
 from .mesh import Instance, Mesh
 
 __all__ = ["Geometry", "bounding_sphere"]
 
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
+
+_HITS = 8192
+"""Hits that are interpolated at a time: their corners stay in a second-level cache of 1 MB."""
+
+_SHORT = 1e-12
+"""Length below which a sum of unit vectors is scaled before it is squared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,13 +252,71 @@ class Geometry:
         ----------
         Own design.
         """
-        geometric = np.take(self.geometric_normals, triangle, axis=0)
-        normal = geometric
-        if self.corner_normals is not None:
-            normal = _unit_or(_interpolate(self.corner_normals, triangle, u, v), geometric)
-        return normal, geometric, self._tangents(triangle, normal)
+        normal, geometric = self.normals(triangle, u, v)
+        return normal, geometric, self.tangents(triangle, normal)
 
-    def _tangents(self, triangle: Integers, normal: Array) -> Array:
+    def normals(self, triangle: Integers, u: Array, v: Array) -> tuple[Array, Array]:
+        """Give the normals of hits: interpolated from the corners, and of the flat triangles.
+
+        Parameters
+        ----------
+        triangle : (N,) ndarray of int
+            Triangle numbers, at least 0.
+        u, v : (N,) ndarray
+            Weights of corners 1 and 2.
+
+        Returns
+        -------
+        normal, geometric_normal : (N, 3) ndarray
+            Unit vectors in Fortran order; the same array when every mesh is flat.
+
+        Raises
+        ------
+        IndexError
+            By numpy, if a triangle number is out of range.
+
+        References
+        ----------
+        Own design.
+        """
+        geometric = take_rows(self.geometric_normals, triangle)
+        if self.corner_normals is None:
+            return geometric, geometric
+        normal = _interpolate(self.corner_normals, triangle, u, v)
+        squared = np.einsum("ij,ij->i", normal, normal)
+        short = np.flatnonzero(squared < _SHORT**2)
+        if len(short):
+            mended = _unit_or(normal[short], geometric[short])
+            squared[short] = 1.0
+        normal /= np.sqrt(squared)[:, None]
+        if len(short):
+            normal[short] = mended
+        return normal, geometric
+
+    def tangents(self, triangle: Integers, normal: Array) -> Array:
+        """Give the tangents of hits, see :meth:`shading`.
+
+        Parameters
+        ----------
+        triangle : (N,) ndarray of int
+            Triangle numbers, at least 0.
+        normal : (N, 3) ndarray
+            Unit normals of the hits.
+
+        Returns
+        -------
+        (N, 3) ndarray
+            Unit vectors, perpendicular to the normals.
+
+        Raises
+        ------
+        IndexError
+            By numpy, if a triangle number is out of range.
+
+        References
+        ----------
+        Own design.
+        """
         fallback = np.zeros_like(normal)
         fallback[:, 0] = -normal[:, 1]
         fallback[:, 1] = normal[:, 0]
@@ -368,10 +433,21 @@ def _uv(mesh: Mesh, turn: list[int], keep: Integers) -> NDArray[np.float64]:
 
 
 def _interpolate(values: Array, triangle: Integers, u: Array, v: Array) -> Array:
-    """Weigh the three corners' values: (N, 3, K) at (N,) barycentrics to (N, K)."""
-    of = np.take(values, triangle, axis=0)
-    u, v = u[:, None].astype(values.dtype, copy=False), v[:, None].astype(values.dtype, copy=False)
-    return of[:, 0] + u * (of[:, 1] - of[:, 0]) + v * (of[:, 2] - of[:, 0])  # type: ignore[no-any-return]
+    """Weigh the three corners' values: (T, 3, K) at (N,) barycentrics to (N, K), in Fortran order."""
+    result = np.empty((values.shape[2], len(triangle)), values.dtype)
+    u, v = u.astype(values.dtype, copy=False), v.astype(values.dtype, copy=False)
+    for first in range(0, len(triangle), _HITS):
+        part = slice(first, first + _HITS)
+        corners = values.take(triangle[part], axis=0)
+        for column, of in enumerate(result[:, part]):
+            start = corners[:, 0, column]
+            np.subtract(corners[:, 1, column], start, out=of)
+            of *= u[part]
+            of += start
+            across = corners[:, 2, column] - start
+            across *= v[part]
+            of += across
+    return result.T
 
 
 def _unit_or(vectors: Array, otherwise: Array) -> Array:

@@ -78,7 +78,9 @@ def offset_origins(points: Array, geometric_normal: Array, directions: Array, ra
     Gems (2019), which scales the step by the coordinates too.
     """
     ulp = np.finfo(points.dtype).eps
-    step = 4.0 * ulp * np.maximum(np.abs(points).max(axis=1, initial=0.0), radius)
+    x, y, z = points.T
+    step = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.maximum(np.abs(z), radius))
+    step *= points.dtype.type(4.0 * ulp)
     leaving = np.einsum("ij,ij->i", geometric_normal, directions)
-    step = np.copysign(step, leaving).astype(points.dtype)
+    np.copysign(step, leaving, out=step)
     return points + step[:, None] * geometric_normal

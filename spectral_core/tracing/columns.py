@@ -1,0 +1,50 @@
+"""Arrays of vectors (N, 3) that hold one component after the other in memory.
+
+numpy runs its inner loops along the last axis of an array in C order: with three elements a loop it is ten times slower
+than on whole columns. Arrays in Fortran order have the same shape and meaning, and arithmetic keeps their order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["take_rows"]
+
+Array = NDArray[Any]
+
+
+def take_rows(vectors: Array, index: NDArray[np.integer[Any]]) -> Array:
+    """Pick vectors by their numbers.
+
+    Parameters
+    ----------
+    vectors : (M, K) ndarray
+        Vectors in any order in memory.
+    index : (N,) ndarray of int
+        Which of them, 0 to M - 1.
+
+    Returns
+    -------
+    (N, K) ndarray
+        ``vectors[index]`` in Fortran order.
+
+    Raises
+    ------
+    IndexError
+        By numpy, if a number is out of range.
+
+    References
+    ----------
+    Own design.
+    """
+    if vectors.flags.c_contiguous:
+        return np.asfortranarray(vectors.take(index, axis=0))
+    if vectors.strides[0] == 0:  # one vector for all, as the direction of a sun
+        return np.broadcast_to(vectors[0], (len(index), vectors.shape[1]))
+    taken = np.empty((vectors.shape[1], len(index)), vectors.dtype)
+    for source, column in zip(vectors.T, taken, strict=True):
+        column[...] = source.take(index)
+    return taken.T
