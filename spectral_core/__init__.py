@@ -62,6 +62,9 @@ from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, ga
 from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
 from .studies import contact_sheet, metamerism_map, relit_by
+from .texture_mixing import filtered, mixture, uplift_texture
+from .textured_reflectance import TexturedReflectance, require_plain
+from .textures import EXTENSIONS, INTERPOLATIONS, ImageTexture
 from .tracing import Camera, Geometry, Instance, Mesh
 from .tradeoff import QUALITIES, Measurement, Tradeoff, measure_tradeoff, quality_settings
 
@@ -71,9 +74,11 @@ __all__ = [
     "ADAPTATIONS",
     "ATTENUATIONS",
     "DISPLAYS",
+    "EXTENSIONS",
     "GAMUT_METHODS",
     "GRID_PRESETS",
     "IMAGE_SUFFIXES",
+    "INTERPOLATIONS",
     "LIGHT_COMPONENTS",
     "MIRROR",
     "OBSERVERS",
@@ -86,6 +91,7 @@ __all__ = [
     "Display",
     "FittingError",
     "Geometry",
+    "ImageTexture",
     "Instance",
     "InvalidParameterError",
     "LightPart",
@@ -105,6 +111,7 @@ __all__ = [
     "SpectrumFileError",
     "SpotLight",
     "SunLight",
+    "TexturedReflectance",
     "Tradeoff",
     "TypeI",
     "TypeII",
@@ -120,6 +127,7 @@ __all__ = [
     "display",
     "energy_warnings",
     "estimate",
+    "filtered",
     "fit_to_gamut",
     "fitting",
     "gaussian",
@@ -130,6 +138,7 @@ __all__ = [
     "measure_tradeoff",
     "metal_names",
     "metamerism_map",
+    "mixture",
     "observer",
     "open_render",
     "optical_constants",
@@ -145,6 +154,7 @@ __all__ = [
     "render",
     "render_bands",
     "replacing",
+    "require_plain",
     "resample",
     "save_render",
     "slots_of_material",
@@ -152,6 +162,7 @@ __all__ = [
     "split_light",
     "tristimulus_weights",
     "uplift",
+    "uplift_texture",
     "wavelength_grid",
     "white_point",
     "write_image",

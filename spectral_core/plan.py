@@ -193,6 +193,7 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
     else:
         background = None
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
+    passes.append(_texture_pass(scene, materials))
     passes.append(_spectral_pass(settings))
     depth, monomials = _chains(settings, materials)
     passes.append(_mirror_pass(scene, settings, materials, depth))
@@ -291,6 +292,21 @@ def _chains(
         chains = longer
         found.update(*chains)
     return settings.max_bounces, tuple(sorted(found))
+
+
+def _texture_pass(scene: Scene, materials: Sequence[MaterialPlan | None]) -> RenderPass:
+    reads = []
+    for plan in materials:
+        if plan is None:
+            continue
+        found = [t for part in scene.materials[plan.index].textures if part is not None for t in part.textures]
+        for texture in dict.fromkeys(found):
+            height, width = texture.pixels.shape[:2]
+            picture = f"'{texture.name}' ({width} x {height})" if texture.name else f"a picture of {width} x {height}"
+            reads.append(f"'{scene.material_names[plan.index]}' reads {picture}")
+    if not reads:
+        return RenderPass("texture coordinates", False, "no visible material has a texture")
+    return RenderPass("texture coordinates", True, "; ".join(reads))
 
 
 def _spectral_pass(settings: RenderSettings) -> RenderPass:

@@ -20,6 +20,7 @@ from .reflection.materials import GRAZING, Material, TypeII
 from .reflection.mirror import MIRROR, mirror_reflectances, scaled_to_peak
 from .resampling import resample
 from .spectra import Spectrum, require_not_negative
+from .textured_reflectance import require_plain
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -121,7 +122,8 @@ def slots_of_material(name: str, material: Material) -> tuple[ReflectanceSlot, .
         for component, reflectance in zip(material.component_names, material.reflectances, strict=True)
     ]
     if isinstance(material, TypeII) and mirror_reflectances(material):
-        slots.append(ReflectanceSlot(name, MIRROR, scaled_to_peak(material.interface_reflectance)))
+        interface = require_plain("interface_reflectance of a mirror", material.interface_reflectance)
+        slots.append(ReflectanceSlot(name, MIRROR, scaled_to_peak(interface)))
     return tuple(slots)
 
 
@@ -222,7 +224,8 @@ class SceneSpectra:
         material : str
             The material's name.
         component : str
-            "body", "interface", or another of the material's components.
+            "body", "interface", or another of the material's components. Of a textured body these are the spectra that
+            its picture mixes ("body red"): exchanging one prints the same picture with another ink.
         reflectance : Spectrum
             The new spectrum.
 
@@ -234,7 +237,7 @@ class SceneSpectra:
         Raises
         ------
         InvalidParameterError
-            If no material of that name has such a component.
+            If no material of that name has such a component, or it is textured.
 
         References
         ----------
@@ -243,6 +246,15 @@ class SceneSpectra:
         free = [(i, s) for i, s in enumerate(self.slots) if not s.is_unit and s.component != MIRROR]
         hits = [i for i, s in free if s.material == material and s.component == component]
         if not hits:
+            parts = ", ".join(
+                f"'{s.component}'"
+                for _, s in free
+                if s.material == material and s.component.startswith(f"{component} ")
+            )
+            if component and parts:
+                raise InvalidParameterError(
+                    f"the {component} of material '{material}' is a texture that mixes {parts}: exchange one of these"
+                )
             known = ", ".join(f"'{s.material}' {s.component}" for _, s in free)
             raise InvalidParameterError(
                 f"no material '{material}' has a {component} reflectance; the scene has {known}"

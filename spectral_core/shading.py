@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lights import Illumination
-from .reflection.materials import Material
+from .reflection.materials import Material, spread_lobes
 from .tracing.columns import take_rows
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits
 
-__all__ = ["SurfacePoints", "component_coefficients", "facing", "place_components", "surface_points"]
+__all__ = ["SurfacePoints", "component_coefficients", "facing", "place_components", "spread_textures", "surface_points"]
 
 _GRAZING_COSINE = 1e-4  # an interpolated normal is turned so that the viewer sees its front by at least this
 
@@ -32,6 +32,8 @@ class SurfacePoints:
         Which of the rays found the point.
     triangle : ndarray of int64, shape (N,)
         The triangle.
+    u, v : ndarray, shape (N,)
+        Where on the triangle: weights of its corners 1 and 2.
     material : ndarray of int64, shape (N,)
         Material index, increasing.
     position : ndarray, shape (N, 3)
@@ -43,6 +45,8 @@ class SurfacePoints:
     geometry: Geometry
     ray: NDArray[np.int64]
     triangle: NDArray[np.int64]
+    u: NDArray[np.floating[Any]]
+    v: NDArray[np.floating[Any]]
     material: NDArray[np.int64]
     position: NDArray[np.floating[Any]]
     normal: NDArray[np.floating[Any]]
@@ -118,6 +122,8 @@ def surface_points(
         geometry=geometry,
         ray=found,
         triangle=triangle,
+        u=u,
+        v=v,
         material=geometry.material_index.take(triangle),
         position=geometry.points(triangle, u, v),
         normal=normal,
@@ -185,7 +191,7 @@ def facing(points: SurfacePoints, illumination: Illumination) -> NDArray[np.int6
 def component_coefficients(
     material: Material, points: SurfacePoints, illumination: Illumination, index: NDArray[np.int64]
 ) -> NDArray[np.floating[Any]]:
-    """Geometric coefficients of a material's components under one light of unit strength.
+    """Geometric coefficients of a material's lobes under one light of unit strength.
 
     Parameters
     ----------
@@ -200,8 +206,9 @@ def component_coefficients(
 
     Returns
     -------
-    ndarray, shape (n, Km)
-        Radiance over (reflectance spectrum x illuminant spectrum), one column a component.
+    ndarray, shape (n, lobes)
+        Radiance over (reflectance spectrum x illuminant spectrum), one column a component; a textured component is one
+        lobe until :func:`spread_textures`.
 
     Raises
     ------
@@ -213,7 +220,7 @@ def component_coefficients(
     Tominaga 1996, Eqs. 3 and 8-10: radiance = radiance factor x irradiance / pi.
     """
     normal = take_rows(points.normal, index)
-    coefficients = material.coefficients(
+    coefficients = material.lobes(
         normal,
         take_rows(illumination.to_light, index),
         take_rows(points.to_viewer, index),
@@ -234,13 +241,13 @@ def place_components(
 
     Parameters
     ----------
-    target : ndarray, shape (N, L * Km)
-        Changed; a row a point of one material, the components of each light in turn.
+    target : ndarray, shape (N, L * lobes)
+        Changed; a row a point of one material, the lobes of each light in turn.
     rows : ndarray of int64, shape (n,)
         The lit points, increasing, each at most once.
     first_column : int
-        Where the light's components begin.
-    coefficients : ndarray, shape (n, Km)
+        Where the light's lobes begin.
+    coefficients : ndarray, shape (n, lobes)
         Theirs.
 
     Raises
@@ -257,3 +264,42 @@ def place_components(
         return
     for column in range(coefficients.shape[1]):
         target[:, first_column + column][rows] = coefficients[:, column]
+
+
+def spread_textures(
+    material: Material,
+    points: SurfacePoints,
+    part: slice,
+    coefficients: NDArray[np.floating[Any]],
+) -> NDArray[np.floating[Any]]:
+    """Turn the coefficients of a material's lobes into those of its components; textures are read here and only here.
+
+    Parameters
+    ----------
+    material : Material
+        The material of the points.
+    points : SurfacePoints
+        The points. Where a mesh has no texture coordinates they are (0, 0).
+    part : slice
+        Which of them.
+    coefficients : ndarray, shape (n, L * lobes)
+        Of all lights, as :func:`place_components` fills it.
+
+    Returns
+    -------
+    ndarray, shape (n, L * Km)
+        The components of each light in turn; `coefficients` itself where nothing is textured.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a texture coordinate is not finite.
+
+    References
+    ----------
+    Own design.
+    """
+    if not material.textures:
+        return coefficients
+    uv = points.geometry.texture_coordinates(points.triangle[part], points.u[part], points.v[part])
+    return spread_lobes(material, coefficients, uv)

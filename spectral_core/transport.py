@@ -16,7 +16,7 @@ from .plan import MaterialPlan, RenderPlan
 from .reflection.mirror import mirror_coefficients
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
-from .shading import SurfacePoints, component_coefficients, facing, place_components, surface_points
+from .shading import SurfacePoints, component_coefficients, facing, place_components, spread_textures, surface_points
 from .statistics import RenderStatistics
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
@@ -118,7 +118,8 @@ class Transport:
     def _direct_light(self, points: SurfacePoints, depth: int) -> list[NDArray[np.floating[Any]]]:
         """Coefficients (n, L * Km) of every group of points, the components of each light in turn."""
         groups = points.groups()
-        widths = [len(self.scene.materials[index].reflectances) for index, _ in groups]
+        materials = [self.scene.materials[index] for index, _ in groups]
+        widths = [len(material.textures or material.reflectances) for material in materials]
         coefficients = [
             np.zeros((part.stop - part.start, width * len(self.plan.lights)), self.geometry.dtype)
             for (_, part), width in zip(groups, widths, strict=True)
@@ -134,13 +135,16 @@ class Transport:
             self.statistics.shadow_rays += len(candidates)
             self.statistics.lit_points[light.name] = self.statistics.lit_points.get(light.name, 0) + len(lit)
             with self.statistics.timed("shading"):
-                for (index, part), width, target in zip(groups, widths, coefficients, strict=True):
+                for material, (_, part), width, target in zip(materials, groups, widths, coefficients, strict=True):
                     inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
                     if len(inside):
-                        material = self.scene.materials[index]
                         values = component_coefficients(material, points, illumination, inside)
                         place_components(target, inside - part.start, column * width, values)
-        return coefficients
+        with self.statistics.timed("shading"):
+            return [
+                spread_textures(material, points, part, target)
+                for material, (_, part), target in zip(materials, groups, coefficients, strict=True)
+            ]
 
     def _deposit_background(self, pixels: NDArray[np.int64], hits: Hits, polynomial: Polynomial) -> None:
         if self.plan.background is None:

@@ -25,6 +25,7 @@ STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"atomic_files", "validation", "tables", "interpolation", "image_io"}),
     frozenset({"spectra", "resampling", "optical_constants", "spectrum_files"}),
     frozenset({"colorimetry", "display", "display_files", "rgb_uplift", "library", "synthetic_reflectances"}),
+    frozenset({"textures", "textured_reflectance", "texture_mixing"}),
     frozenset({"reflection", "tracing"}),
     frozenset({"lights", "scene_spectra", "scene", "fitting"}),
     frozenset({"development", "plan", "shading", "film", "visibility", "paths", "statistics", "transport"}),
@@ -33,7 +34,7 @@ STOREYS: tuple[frozenset[str], ...] = (
 )
 
 # tracing knows meshes and rays, never a spectrum; reflection knows vectors and spectra, never a mesh.
-STRANGERS = {"tracing": frozenset().union(*STOREYS[2:4], {"reflection"}), "reflection": frozenset({"tracing"})}
+STRANGERS = {"tracing": frozenset().union(*STOREYS[2:5], {"reflection"}), "reflection": frozenset({"tracing"})}
 
 ADDON_MAY_IMPORT = frozenset(
     {"bpy", "bpy_extras", "bl_ui", "gpu", "gpu_extras", "mathutils", "nodeitems_utils", "numpy"}

@@ -45,11 +45,12 @@ def _wanted(material: core.TypeI | core.TypeII | core.TypeIII) -> _Wanted:
         return _Wanted(METAL_NODE, numbers, settings)
     numbers["n"] = material.n
     settings["attenuation"] = material.attenuation
-    spectra = {"Body Reflectance": material.body_reflectance}
+    spectra = {"Body Reflectance": core.require_plain("body reflectance", material.body_reflectance)}
     if isinstance(material, core.TypeI):
         numbers["Interface Reflectance"] = material.interface_reflectance
         return _Wanted(PLASTIC_NODE, numbers, settings, spectra)
-    return _Wanted(CLOTH_NODE, numbers, settings, spectra | {"Interface Reflectance": material.interface_reflectance})
+    spectra["Interface Reflectance"] = core.require_plain("interface reflectance", material.interface_reflectance)
+    return _Wanted(CLOTH_NODE, numbers, settings, spectra)
 
 
 def _require_in_range(wanted: _Wanted) -> None:

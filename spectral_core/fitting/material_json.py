@@ -24,6 +24,7 @@ from ..reflection import (
     TypeIII,
 )
 from ..spectra import Spectrum
+from ..textured_reflectance import require_plain
 from .material_fit import MaterialFit
 from .measurement_files import write_text_atomically
 from .uncertainty import Interval
@@ -159,11 +160,13 @@ def _material_to_json(material: TypeI | TypeII | TypeIII) -> dict[str, Any]:
             "incidence": material.incidence,
             "energy_conserving": material.energy_conserving,
         }
-    interface = material.interface_reflectance
+    interface: Any = material.interface_reflectance
+    if isinstance(material, TypeII):
+        interface = _spectrum_to_json(require_plain("interface_reflectance", material.interface_reflectance))
     return {
         "type": "I" if isinstance(material, TypeI) else "II",
-        "body_reflectance": _spectrum_to_json(material.body_reflectance),
-        "interface_reflectance": _spectrum_to_json(interface) if isinstance(interface, Spectrum) else interface,
+        "body_reflectance": _spectrum_to_json(require_plain("body_reflectance", material.body_reflectance)),
+        "interface_reflectance": interface,
         "attenuation": material.attenuation,
         "n": material.n,
         "energy_conserving": material.energy_conserving,

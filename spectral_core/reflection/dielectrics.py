@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import InvalidParameterError
 from ..spectra import Spectrum, require_not_negative
+from ..textured_reflectance import TexturedReflectance
 from ..validation import require_choice, require_in_range
 from .attenuation import ATTENUATIONS, MAX_EXPONENT, attenuation_of_geometry
 from .conservation import InterfaceAlbedo
-from .material import Material, Rays
+from .material import Material, Rays, spread_lobes
 
 __all__ = ["TypeI", "TypeII"]
 
 Float64 = NDArray[np.float64]
+Reflectance = Spectrum | TexturedReflectance
 
 
 class _InterfaceOverBody(Material):
@@ -24,18 +27,41 @@ class _InterfaceOverBody(Material):
 
     __slots__ = ()
 
-    body_reflectance: Spectrum
+    body_reflectance: Reflectance
+    interface_reflectance: float | Reflectance
     attenuation: str
     n: float
     _albedo: InterfaceAlbedo | None
 
     def _check(self, largest_interface: float) -> None:
-        require_not_negative("body_reflectance", self.body_reflectance)
+        if not isinstance(self.body_reflectance, TexturedReflectance):
+            require_not_negative("body_reflectance", self.body_reflectance)
         require_choice("attenuation", self.attenuation, ATTENUATIONS)
         object.__setattr__(self, "n", float(require_in_range("n", self.n, 0.0, MAX_EXPONENT)))
         object.__setattr__(self, "mirror", float(require_in_range("mirror", self.mirror, 0.0, 1.0)))
         albedo = InterfaceAlbedo(self.attenuation, self.n, largest_interface) if self.energy_conserving else None
         object.__setattr__(self, "_albedo", albedo)
+
+    @property
+    def textures(self) -> tuple[TexturedReflectance | None, ...]:
+        """What varies over the surface.
+
+        Returns
+        -------
+        tuple of TexturedReflectance or None
+            Of interface and body; empty when neither is textured.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        both = (self.interface_reflectance, self.body_reflectance)
+        textures = tuple(part if isinstance(part, TexturedReflectance) else None for part in both)
+        return textures if any(textures) else ()
 
     @property
     def component_names(self) -> tuple[str, ...]:
@@ -44,7 +70,7 @@ class _InterfaceOverBody(Material):
         Returns
         -------
         tuple of str
-            ("interface", "body").
+            ("interface", "body"); a textured one is as many as its texture mixes: "body red", "body green" and so on.
 
         Raises
         ------
@@ -54,7 +80,26 @@ class _InterfaceOverBody(Material):
         ----------
         Tominaga 1996, Eq. 4.
         """
-        return ("interface", "body")
+        return _names("interface", self.interface_reflectance) + _names("body", self.body_reflectance)
+
+    @property
+    def reflectances(self) -> tuple[Spectrum, ...]:
+        """The spectra of the components.
+
+        Returns
+        -------
+        tuple of Spectrum
+            S_I (of Type I constant), then S_B; a textured one gives the spectra that its texture mixes.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 5 and 6.
+        """
+        return _spectra(self.interface_reflectance) + _spectra(self.body_reflectance)
 
     @property
     def needs_tangent(self) -> bool:
@@ -76,6 +121,59 @@ class _InterfaceOverBody(Material):
         return False
 
     def coefficients(
+        self,
+        normal: ArrayLike,
+        to_light: ArrayLike,
+        to_viewer: ArrayLike,
+        tangent: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
+    ) -> NDArray[Any]:
+        """Geometric coefficients of the components: :meth:`lobes`, times what a texture has of each of its spectra.
+
+        Parameters
+        ----------
+        normal, to_light, to_viewer, tangent : array_like (N, 3)
+            As for :meth:`lobes`.
+        uv : array_like (N, 2), optional
+            Texture coordinates; needed by a textured material.
+
+        Returns
+        -------
+        ndarray (N, Km)
+            As :meth:`lobes`.
+
+        Raises
+        ------
+        InvalidParameterError
+            As :meth:`lobes`, or if the material is textured and there is no `uv`.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 8 and 9; with `energy_conserving` the forms of docs/energy.md.
+        """
+        return spread_lobes(self, self.lobes(normal, to_light, to_viewer, tangent), uv)
+
+    def untextured(self) -> Self:
+        """Put in the place of textures the brightest reflectance that they show anywhere.
+
+        Returns
+        -------
+        TypeI or TypeII
+            A material without textures, at least as bright as this one at every point; itself if it has none.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        parts = {"interface_reflectance": self.interface_reflectance, "body_reflectance": self.body_reflectance}
+        plain = {name: part.brightest for name, part in parts.items() if isinstance(part, TexturedReflectance)}
+        return replace(self, **plain) if plain else self  # type: ignore[type-var]
+
+    def lobes(
         self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
     ) -> NDArray[Any]:
         """Geometric coefficients c_I = f(rho) and c_B = cos(phi).
@@ -103,7 +201,7 @@ class _InterfaceOverBody(Material):
         """
         rays = Rays(normal, to_light, to_viewer, None, 2)
         out = rays.result
-        body_scale = 1.0 / max(1.0, float(self.body_reflectance.values.max()))
+        body_scale = 1.0 / max(1.0, _peak(self.body_reflectance))
         for block, geometry in rays.blocks():
             interface = attenuation_of_geometry(self.attenuation, self.n, geometry)
             body: Float64 = geometry.normal_light
@@ -118,13 +216,30 @@ class _InterfaceOverBody(Material):
         return out
 
 
+def _spectra(reflectance: float | Reflectance) -> tuple[Spectrum, ...]:
+    if isinstance(reflectance, TexturedReflectance):
+        return reflectance.spectra
+    return (reflectance if isinstance(reflectance, Spectrum) else Spectrum.constant(reflectance, "interface"),)
+
+
+def _names(lobe: str, reflectance: float | Reflectance) -> tuple[str, ...]:
+    if isinstance(reflectance, TexturedReflectance):
+        return tuple(f"{lobe} {part}" for part in reflectance.part_names)
+    return (lobe,)
+
+
+def _peak(reflectance: Reflectance) -> float:
+    plain = reflectance.brightest if isinstance(reflectance, TexturedReflectance) else reflectance
+    return float(plain.values.max())
+
+
 @dataclass(frozen=True, slots=True)
 class TypeI(_InterfaceOverBody):
     """Plastic, paint, ceramic, wood: a neutral interface over a coloured body, S = f(rho) S_I + cos(phi) S_B.
 
     Parameters
     ----------
-    body_reflectance : Spectrum
+    body_reflectance : Spectrum or TexturedReflectance
         S_B, not negative.
     interface_reflectance : float
         S_I, the same at all wavelengths; not negative. The paper's cups use 5 (relative).
@@ -139,7 +254,7 @@ class TypeI(_InterfaceOverBody):
         (default): the paper's formula exactly.
     """
 
-    body_reflectance: Spectrum
+    body_reflectance: Reflectance
     interface_reflectance: float = 1.0
     attenuation: str = "cosine"
     n: float = 11.0
@@ -152,25 +267,6 @@ class TypeI(_InterfaceOverBody):
         object.__setattr__(self, "interface_reflectance", level)
         self._check(level)
 
-    @property
-    def reflectances(self) -> tuple[Spectrum, ...]:
-        """The spectra of the components.
-
-        Returns
-        -------
-        tuple of Spectrum
-            (constant S_I, S_B).
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Tominaga 1996, Eq. 5.
-        """
-        return (Spectrum.constant(self.interface_reflectance, "interface"), self.body_reflectance)
-
 
 @dataclass(frozen=True, slots=True)
 class TypeII(_InterfaceOverBody):
@@ -178,10 +274,10 @@ class TypeII(_InterfaceOverBody):
 
     Parameters
     ----------
-    body_reflectance : Spectrum
+    body_reflectance : Spectrum or TexturedReflectance
         S_B, not negative.
-    interface_reflectance : Spectrum
-        S_I, not negative.
+    interface_reflectance : Spectrum or TexturedReflectance
+        S_I, not negative. A textured one does not mirror: `mirror` must be 0.
     attenuation : {"cosine", "exponential", "gaussian"}
         The law f(rho).
     n : float
@@ -193,8 +289,8 @@ class TypeII(_InterfaceOverBody):
         (default): the paper's formula exactly.
     """
 
-    body_reflectance: Spectrum
-    interface_reflectance: Spectrum
+    body_reflectance: Reflectance
+    interface_reflectance: Reflectance
     attenuation: str = "exponential"
     n: float = 10.0
     energy_conserving: bool = False
@@ -202,24 +298,11 @@ class TypeII(_InterfaceOverBody):
     _albedo: InterfaceAlbedo | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        require_not_negative("interface_reflectance", self.interface_reflectance)
-        self._check(float(self.interface_reflectance.values.max()))
-
-    @property
-    def reflectances(self) -> tuple[Spectrum, ...]:
-        """The spectra of the components.
-
-        Returns
-        -------
-        tuple of Spectrum
-            (S_I, S_B).
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Tominaga 1996, Eq. 6.
-        """
-        return (self.interface_reflectance, self.body_reflectance)
+        if isinstance(self.interface_reflectance, TexturedReflectance):
+            if self.mirror != 0.0:
+                raise InvalidParameterError(
+                    f"mirror must be 0 where the interface reflectance is a texture, but is {self.mirror!r}"
+                )
+        else:
+            require_not_negative("interface_reflectance", self.interface_reflectance)
+        self._check(_peak(self.interface_reflectance))

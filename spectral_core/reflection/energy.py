@@ -248,7 +248,8 @@ def energy_warnings(material: Material) -> tuple[str, ...]:
     -------
     tuple of str
         One sentence per finding, with the parameter's value and how much light is created; empty if none is, and
-        always empty for materials made with ``energy_conserving=True``. Lights within 1 deg of the horizon are not
+        always empty for materials made with ``energy_conserving=True``. A textured material is judged where it is
+        brightest. Lights within 1 deg of the horizon are not
         reported: there the interface of every Type I and II material reflects more than it receives.
 
     Raises
@@ -275,4 +276,4 @@ def energy_warnings(material: Material) -> tuple[str, ...]:
         if across != material.beta:
             angles += f" along and {np.degrees(across):.3g} deg across the tangent"
         return (f"{angles}: the rough surface reflects up to {worst:.4g} times what it receives, towards grazing",)
-    return tuple(_lobe_warnings(material))
+    return tuple(_lobe_warnings(material.untextured()))

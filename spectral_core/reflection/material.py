@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..spectra import Spectrum
+from ..textured_reflectance import TexturedReflectance
 from .angles import floating_type, vectors
 from .geometry import ReflectionGeometry, geometry_blocks
 
-__all__ = ["Material"]
+__all__ = ["Material", "spread_lobes"]
 
 Float64 = NDArray[np.float64]
 
@@ -90,9 +91,61 @@ class Material(ABC):
         Own design.
         """
 
+    @property
+    def textures(self) -> tuple[TexturedReflectance | None, ...]:
+        """What varies over the surface, lobe by lobe.
+
+        A lobe (body, interface) whose reflectance is textured is as many components as the texture mixes spectra.
+
+        Returns
+        -------
+        tuple of TexturedReflectance or None
+            One entry a lobe; empty when nothing varies, and then each component is a lobe.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        return ()
+
+    def lobes(
+        self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Geometric coefficients before textures are read; :func:`spread_lobes` makes those of the components of them.
+
+        Parameters
+        ----------
+        normal, to_light, to_viewer, tangent : array_like (N, 3)
+            As for :meth:`coefficients`.
+
+        Returns
+        -------
+        ndarray (N, lobes)
+            As :meth:`coefficients`; the same where nothing is textured.
+
+        Raises
+        ------
+        InvalidParameterError
+            As :meth:`coefficients`.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 4 and 7.
+        """
+        return self.coefficients(normal, to_light, to_viewer, tangent)
+
     @abstractmethod
     def coefficients(
-        self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
+        self,
+        normal: ArrayLike,
+        to_light: ArrayLike,
+        to_viewer: ArrayLike,
+        tangent: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
     ) -> NDArray[Any]:
         """Geometric coefficients, which know no wavelength.
 
@@ -102,6 +155,8 @@ class Material(ABC):
             Unit vectors that point away from the surface; a single vector serves all rows.
         tangent : array_like (N, 3), optional
             Directions along the surface, for materials that need them.
+        uv : array_like (N, 2), optional
+            Texture coordinates, for materials with `textures`.
 
         Returns
         -------
@@ -125,6 +180,7 @@ class Material(ABC):
         to_viewer: ArrayLike,
         wavelengths_nm: ArrayLike,
         tangent: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
     ) -> NDArray[Any]:
         """Spectral radiance factor; times E / pi it is the radiance, E the irradiance on a plane facing the light.
 
@@ -135,6 +191,8 @@ class Material(ABC):
         wavelengths_nm : array_like (W,)
             Wavelengths in nm.
         tangent : array_like (N, 3), optional
+            As for :meth:`coefficients`.
+        uv : array_like (N, 2), optional
             As for :meth:`coefficients`.
 
         Returns
@@ -151,12 +209,52 @@ class Material(ABC):
         ----------
         Tominaga 1996, Eqs. 3, 8, 9 and 10.
         """
-        coefficients = self.coefficients(normal, to_light, to_viewer, tangent)
+        coefficients = self.coefficients(normal, to_light, to_viewer, tangent, uv)
         spectra = np.stack([s.at(wavelengths_nm) for s in self.reflectances]).astype(coefficients.dtype)
         if spectra.ndim != 2:
             raise InvalidParameterError(f"wavelengths_nm must be a list, but has the shape {spectra.shape[1:]}")
         product = coefficients @ spectra
         return np.asarray(np.maximum(product, 0.0, out=product))
+
+
+def spread_lobes(material: Material, lobes: NDArray[Any], uv: ArrayLike | None) -> NDArray[Any]:
+    """Turn coefficients of lobes into those of components, by what a material's textures say.
+
+    Parameters
+    ----------
+    material : Material
+        The material.
+    lobes : ndarray (N, L * lobes)
+        What :meth:`Material.lobes` gives, for one light or for several one beside the other.
+    uv : array_like (N, 2) or None
+        Texture coordinates; not needed by a material without textures.
+
+    Returns
+    -------
+    ndarray (N, L * Km)
+        In the type of `lobes`; `lobes` itself where nothing is textured.
+
+    Raises
+    ------
+    InvalidParameterError
+        If the material is textured and there are no coordinates, or one is not finite.
+
+    References
+    ----------
+    Own design. Textures are read once a point, however many lights there are.
+    """
+    textures = material.textures
+    if not textures:
+        return lobes
+    if uv is None:
+        raise InvalidParameterError("uv must be given for a material with a texture, but is None")
+    shares = [None if texture is None else texture.weights(uv) for texture in textures]
+    columns = []
+    for first in range(0, lobes.shape[1], len(textures)):
+        for number, share in enumerate(shares):
+            lobe = lobes[:, first + number, None]
+            columns.append(lobe if share is None else lobe * share)
+    return np.concatenate(columns, axis=1).astype(lobes.dtype, copy=False)
 
 
 class Rays:

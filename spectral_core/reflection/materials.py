@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .dielectrics import TypeI, TypeII
-from .material import Material
+from .material import Material, spread_lobes
 from .metals import GRAZING, INCIDENCES, TypeIII
 
-__all__ = ["GRAZING", "INCIDENCES", "Material", "TypeI", "TypeII", "TypeIII"]
+__all__ = ["GRAZING", "INCIDENCES", "Material", "TypeI", "TypeII", "TypeIII", "spread_lobes"]

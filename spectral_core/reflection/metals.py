@@ -220,7 +220,12 @@ class TypeIII(Material):
         return self.beta_across is not None and self.beta_across != self.beta
 
     def coefficients(
-        self, normal: ArrayLike, to_light: ArrayLike, to_viewer: ArrayLike, tangent: ArrayLike | None = None
+        self,
+        normal: ArrayLike,
+        to_light: ArrayLike,
+        to_viewer: ArrayLike,
+        tangent: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
     ) -> NDArray[Any]:
         """Geometric coefficients D G / (N.V) * w(phi) and D G / (N.V) * (1 - w(phi)).
 
@@ -231,6 +236,8 @@ class TypeIII(Material):
         tangent : array_like (N, 3), optional
             Directions along the surface, any length (the part along the normal is removed); needed if anisotropic.
             Where one is parallel to the normal, a fixed direction across the normal takes its place.
+        uv : array_like (N, 2), optional
+            Not used: metals have no textures.
 
         Returns
         -------

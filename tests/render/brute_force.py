@@ -4,11 +4,14 @@ It shares no code with the renderer but the data classes that describe the scene
 mean reflectance from the complex Fresnel equations, colour from a plain sum over 471 wavelengths. All in float64.
 """
 
+import math
+
 import numpy as np
 
 from spectral_core.colorimetry import observer
 from spectral_core.lights import PointLight, SpotLight, SunLight
 from spectral_core.reflection.materials import TypeI, TypeII, TypeIII
+from spectral_core.textured_reflectance import TexturedReflectance
 
 WAVELENGTHS = np.arange(360.0, 831.0)
 
@@ -32,15 +35,60 @@ def _complex_fresnel(cosine, n, k):
     return 0.5 * (abs(rs) ** 2 + abs(rp) ** 2)
 
 
-def _radiance_factor(material, constants, normal, to_light, to_viewer):
+def read_picture(texture, uv):
+    """Channels of a texture at one point, after the placement of pixel centres in Cycles, one pixel after the other."""
+    u, v = texture.transform @ np.array([*uv, 1.0])
+    height, width, channels = texture.pixels.shape
+
+    def inside(index, size):
+        if texture.extension == "repeat":
+            return index % size
+        if texture.extension == "mirror":
+            index = index % (2 * size)
+            return index if index < size else 2 * size - 1 - index
+        if texture.extension == "extend":
+            return min(max(index, 0), size - 1)
+        return index if 0 <= index < size else None
+
+    def pixel(column, row):
+        column, row = inside(column, width), inside(row, height)
+        if column is None or row is None:
+            return np.zeros(channels)
+        return texture.pixels[row, column].astype(float)
+
+    x, y = u * width, v * height
+    if texture.interpolation == "closest":
+        return pixel(math.floor(x), math.floor(y))
+    left, low = math.floor(x - 0.5), math.floor(y - 0.5)
+    right, up = x - 0.5 - left, y - 0.5 - low
+    below = (1.0 - right) * pixel(left, low) + right * pixel(left + 1, low)
+    above = (1.0 - right) * pixel(left, low + 1) + right * pixel(left + 1, low + 1)
+    return (1.0 - up) * below + up * above
+
+
+def _reflectance(reflectance, uv):
+    """One spectrum (W,) of a plain or textured reflectance, or a number."""
+    if np.isscalar(reflectance):
+        return reflectance
+    if not isinstance(reflectance, TexturedReflectance):
+        return reflectance.at(WAVELENGTHS)
+    total = np.zeros(len(WAVELENGTHS))
+    for number, spectrum in enumerate(reflectance.spectra):
+        share = reflectance.base[number]
+        for texture, amounts in zip(reflectance.textures, reflectance.amounts, strict=True):
+            share = share + read_picture(texture, uv) @ amounts[:, number]
+        total += share * spectrum.at(WAVELENGTHS)
+    return total
+
+
+def _radiance_factor(material, constants, normal, to_light, to_viewer, uv):
     """Eqs. 8, 9 and 10 with 11, 12, 13, at 1 nm."""
     phi = _angle(normal, to_light)
     if isinstance(material, TypeI | TypeII):
         mirrored = 2.0 * (normal @ to_light) * normal - to_light
         lobe = _lobe(material.attenuation, material.n, _angle(mirrored, to_viewer))
-        interface = material.interface_reflectance
-        interface = interface if np.isscalar(interface) else interface.at(WAVELENGTHS)
-        return lobe * interface + np.cos(phi) * material.body_reflectance.at(WAVELENGTHS)
+        interface = _reflectance(material.interface_reflectance, uv)
+        return lobe * interface + np.cos(phi) * _reflectance(material.body_reflectance, uv)
     assert isinstance(material, TypeIII)
     half = to_light + to_viewer
     half /= np.linalg.norm(half)
@@ -60,7 +108,7 @@ def _eq_13(material, constants, cosine):
 
 
 def _world_triangles(scene):
-    corners, normals, materials = [], [], []
+    corners, normals, materials, coordinates = [], [], [], []
     for instance in scene.instances:
         mesh, matrix = instance.mesh, instance.matrix
         vertices = mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
@@ -76,7 +124,8 @@ def _world_triangles(scene):
         normals.append(corner)
         index = np.zeros(len(own), int) if mesh.material_index is None else mesh.material_index
         materials.append(index)
-    return np.concatenate(corners), np.concatenate(normals), np.concatenate(materials)
+        coordinates.append(np.zeros((len(own), 3, 2)) if mesh.uv is None else mesh.uv)
+    return tuple(np.concatenate(parts) for parts in (corners, normals, materials, coordinates))
 
 
 def _meet(corners, origin, direction):
@@ -133,21 +182,21 @@ def transported(scene, width, height, offsets, constants=None, bounces=0):
     `constants` are the optical constants of each material, None where it is no metal; `bounces` is how often a ray may
     be mirrored.
     """
-    corners, normals, materials = _world_triangles(scene)
+    surfaces = _world_triangles(scene)
     factors = np.zeros((height, width, len(scene.lights) + 1, len(WAVELENGTHS)))
     for row in range(height):
         for column in range(width):
             for dx, dy in offsets:
                 origins, directions = scene.camera.rays([column + dx], [row + dy], width, height)
                 ray = (origins[0], directions[0], None)
-                found = _sample(scene, (corners, normals, materials), ray, constants, bounces)
+                found = _sample(scene, surfaces, ray, constants, bounces)
                 factors[row, column] += found / len(offsets)
     return factors
 
 
 def _sample(scene, surfaces, ray, constants, bounces):
     """What one ray finds: (E, W). `ray` is its origin, its direction and the triangle that it leaves, if any."""
-    corners, normals, materials = surfaces
+    corners, normals, materials, coordinates = surfaces
     origin, direction, own = ray
     found = np.zeros((len(scene.lights) + 1, len(WAVELENGTHS)))
     distance, u, v = _meet(corners, origin, direction)
@@ -169,7 +218,7 @@ def _sample(scene, surfaces, ray, constants, bounces):
     if normal @ to_viewer < 1e-4:
         normal = normal + (1e-4 - normal @ to_viewer) * to_viewer
         normal /= np.linalg.norm(normal)
-    material = scene.materials[materials[nearest]]
+    material, uv = scene.materials[materials[nearest]], weights @ coordinates[nearest]
     metal = None if constants is None else constants[materials[nearest]]
     for number, light in enumerate(scene.lights):
         to_light, reach, irradiance = _light(light, point)
@@ -180,7 +229,7 @@ def _sample(scene, surfaces, ray, constants, bounces):
         if blocked.min() < reach:
             continue
         found[number] = (
-            _radiance_factor(material, metal, normal, to_light, to_viewer) * irradiance / (np.pi * light.strength)
+            _radiance_factor(material, metal, normal, to_light, to_viewer, uv) * irradiance / (np.pi * light.strength)
         )
     if bounces and material.mirror > 0:
         mirrored = 2.0 * (normal @ to_viewer) * normal - to_viewer
