@@ -20,13 +20,16 @@ def _modules() -> tuple[object, ...]:
         presets,
         properties,
         render_files,
+        render_passes,
         studies,
         study_panels,
         study_settings,
+        view_layer_panels,
     )
 
     studying = (study_settings, last_render, live_relight, studies, render_files, estimation, study_panels)
-    return (properties, preferences, nodes, presets, panels, engine, operators, *studying, cli)
+    drawing = (presets, panels, view_layer_panels)
+    return (properties, render_passes, preferences, nodes, *drawing, engine, operators, *studying, cli)
 
 
 def register() -> None:

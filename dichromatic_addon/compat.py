@@ -10,7 +10,11 @@ from typing import Any
 import bpy
 
 __all__ = [
+    "EMISSION_PASS",
+    "ENVIRONMENT_PASS",
     "FILE_PATH_OPTIONS",
+    "MATERIAL_INDEX_PASS",
+    "OBJECT_INDEX_PASS",
     "ensure_node_tree",
     "light_colour_factor",
     "light_exposure_factor",
@@ -23,6 +27,12 @@ __all__ = [
 _HAS_PERMANENT_TREES = bpy.app.version >= (5, 0, 0)  # materials and worlds always have nodes; use_nodes is deprecated
 # Options of a file property that may hold a path beside the .blend ("//name"); from 4.5 on it must say that it may.
 FILE_PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set[str]()
+# Passes that Blender wrote out in 5.0; the compositor and other programs look for these names.
+EMISSION_PASS, ENVIRONMENT_PASS, OBJECT_INDEX_PASS, MATERIAL_INDEX_PASS = (
+    ("Emission", "Environment", "Object Index", "Material Index")
+    if bpy.app.version >= (5, 0, 0)
+    else ("Emit", "Env", "IndexOB", "IndexMA")
+)
 _LIGHTS_HAVE_PERMANENT_TREES = bpy.app.version >= (5, 2, 0)
 
 

@@ -18,6 +18,7 @@ from . import last_render
 from ._core import core
 from .names import ENGINE_ID
 from .progress_bar import format_duration
+from .render_passes import PassRequest, pass_pixels, passes_of_layer
 from .scene_export import ExportedScene, export_scene
 from .viewport import View, ViewSession
 
@@ -118,8 +119,8 @@ class DichromaticRenderEngine(bpy.types.RenderEngine):
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell the compositor which passes a view layer has."""
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
-        if renderlayer.use_pass_z:
-            self.register_pass(scene, renderlayer, "Depth", 1, "Z", "VALUE")
+        for item in passes_of_layer(renderlayer):
+            self.register_pass(scene, renderlayer, item.name, len(item.channels), item.channels, item.kind)
 
     def render(self, depsgraph: Any) -> None:
         """Render one view layer; Blender calls it once for each."""
@@ -197,9 +198,10 @@ class _LayerJob:
         self._progress(0.0, "reading the scene")
         exported = export_scene(depsgraph, camera=self._engine.camera_override)
         self._layer = exported.layer
-        has_depth = exported.wants_depth and not self._engine.is_preview
-        if has_depth:
-            self._engine.add_pass("Depth", 1, "Z", layer=self._layer)
+        if self._engine.is_preview:
+            exported = replace(exported, passes=PassRequest())
+        for item in exported.passes.passes:
+            self._engine.add_pass(item.name, len(item.channels), item.channels, layer=self._layer)
         settings = exported.settings
         if self._listener is not None and self._listener.adjust is not None:
             settings = self._listener.adjust(settings)
@@ -211,7 +213,7 @@ class _LayerJob:
         render = core.render(exported.scene, settings, self._progress, self._is_cancelled, show)
         render.statistics.notes.extend(exported.notes)
         pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
-        self._put(0, pixels, render.depth if has_depth else None)
+        self._put(0, {"Combined": pixels, **pass_pixels(render, exported)})
         self._tell(render)
         return FinishedLayer(render, exported)
 
@@ -231,22 +233,18 @@ class _LayerJob:
     def _show(self, band: Any, exported: ExportedScene) -> None:
         """Hand a finished band to the window."""
         pixels = exported.colour.rgba(band.tristimulus, band.coverage if exported.is_transparent else None)
-        self._put(exported.region.height - band.first_row - len(pixels), pixels, None)
+        self._put(exported.region.height - band.first_row - len(pixels), {"Combined": pixels})
 
-    def _put(self, bottom: int, pixels: NDArray[np.float32], depth: NDArray[np.float32] | None) -> None:
-        """Write rows to the result, `bottom` being the lowest of them."""
+    def _put(self, bottom: int, pixels: dict[str, NDArray[np.float32]]) -> None:
+        """Write rows of some passes to the result, `bottom` being the lowest of them."""
         # Everything is computed before begin_result: an exception between it and end_result ends Blender.
-        height, width, _ = pixels.shape
-        combined = np.ascontiguousarray(pixels[::-1], np.float32).ravel()
-        if depth is not None:
-            depth = np.ascontiguousarray(np.where(np.isfinite(depth), depth, 1e10)[::-1], np.float32).ravel()
+        height, width, _ = pixels["Combined"].shape
+        flat = {name: np.ascontiguousarray(rows[::-1], np.float32).ravel() for name, rows in pixels.items()}
         result = self._engine.begin_result(0, bottom, width, height, layer=self._layer)
         try:
             for render_pass in result.layers[0].passes:
-                if render_pass.name == "Combined":
-                    render_pass.rect.foreach_set(combined)
-                elif render_pass.name == "Depth" and depth is not None:
-                    render_pass.rect.foreach_set(depth)
+                if render_pass.name in flat:
+                    render_pass.rect.foreach_set(flat[render_pass.name])
         finally:
             self._engine.end_result(result)
 

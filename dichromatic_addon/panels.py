@@ -339,15 +339,6 @@ class DICHROMATIC_PT_simplify(_DichromaticPanel, bpy.types.Panel):
         layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
-class DICHROMATIC_PT_passes(_DichromaticPanel, bpy.types.Panel):
-    bl_label = "Passes"
-    bl_context = "view_layer"
-
-    def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
-        layout.prop(context.view_layer, "use_pass_z", text="Depth")
-
-
 CLASSES = (
     DICHROMATIC_PT_material,
     DICHROMATIC_PT_light,
@@ -359,7 +350,6 @@ CLASSES = (
     DICHROMATIC_PT_adaptation,
     DICHROMATIC_PT_output,
     DICHROMATIC_PT_simplify,
-    DICHROMATIC_PT_passes,
 )
 
 

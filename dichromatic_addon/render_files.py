@@ -105,7 +105,6 @@ def _opened(scene: Any, path: str) -> FinishedLayer:
             working_space=working_space_from_tristimulus(),
         ),
         is_transparent=False,
-        wants_depth=False,
         notes=(),
     )
     return FinishedLayer(render, exported)

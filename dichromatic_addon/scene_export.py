@@ -18,6 +18,7 @@ from .mesh_reading import MeshArrays, read_mesh
 from .nodes.reading import read_material
 from .picture import PictureColour, picture_colour
 from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
+from .render_passes import PassRequest, passes_of_layer
 
 __all__ = ["ExportedScene", "export_scene"]
 
@@ -52,10 +53,10 @@ class ExportedScene:
         From tristimulus values to the picture's colours.
     is_transparent : bool
         Whether the background becomes transparent (Film > Transparent).
-    wants_depth : bool
-        Whether the view layer has the Depth pass switched on.
     notes : tuple of str
         What was approximated or left out, each once.
+    passes : PassRequest
+        Passes of the view layer beside Combined.
     """
 
     layer: str
@@ -64,8 +65,8 @@ class ExportedScene:
     region: Region
     colour: PictureColour
     is_transparent: bool
-    wants_depth: bool
     notes: tuple[str, ...]
+    passes: PassRequest = field(default_factory=PassRequest)
 
 
 @dataclass(slots=True)
@@ -77,6 +78,7 @@ class _Walk:
     notes: list[str] = field(default_factory=list)
     instances: list[Any] = field(default_factory=list)
     lights: list[Any] = field(default_factory=list)
+    light_groups: list[str] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     material_names: list[str] = field(default_factory=list)
     material_index: dict[str | None, int] = field(default_factory=dict)
@@ -129,9 +131,14 @@ def export_scene(depsgraph: Any, *, camera: Any = None, view: tuple[Any, Region]
         region=region,
         colour=picture_colour(scene),
         is_transparent=bool(scene.render.film_transparent),
-        wants_depth=bool(view_layer.use_pass_z),
         notes=tuple(dict.fromkeys(walk.notes)),
+        passes=PassRequest(passes_of_layer(view_layer), _emitter_groups(scene, walk)),
     )
+
+
+def _emitter_groups(scene: Any, walk: _Walk) -> tuple[str, ...]:
+    """Return the light group of each emitter of the core's scene, in its order."""
+    return (*walk.light_groups, "" if scene.world is None else scene.world.lightgroup)
 
 
 def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]:
@@ -186,6 +193,8 @@ def _visit(walk: _Walk, instance: Any) -> None:
         made = read_light(light, instance.matrix_world, read_illuminant(light), factor, walk.notes)
         if made is not None:
             walk.lights.append(made)
+            owner = obj if obj.lightgroup or instance.parent is None else instance.parent
+            walk.light_groups.append(owner.lightgroup)
     elif obj.type in _NOT_RENDERED:
         walk.notes.append(f"object '{obj.name}' is {_NOT_RENDERED[obj.type]}, which is not rendered")
     elif obj.type not in _FACELESS:

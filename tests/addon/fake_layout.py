@@ -79,9 +79,17 @@ class FakeLayout:
         drawer = getattr(bpy.types, kind)
         for property_data, property_name in ((data, items), (active_data, active)):
             assert property_name in property_data.bl_rna.properties
-        for item in getattr(data, items):
+        # Blender's own list draws its items in C.
+        for item in getattr(data, items) if hasattr(drawer, "draw_item") else ():
             drawer.draw_item(None, None, self._sub(), data, item, 0, active_data, active)
         self.drawn.append(("template_list", items))
+
+    def prop_search(
+        self, data: Any, name: str, search_data: Any, search_name: str, *, text: str = "", **_: Any
+    ) -> None:
+        assert name in data.bl_rna.properties, f"{data} has no property {name}"
+        assert search_name in search_data.bl_rna.properties
+        self.drawn.append(("prop", name))
 
     def template_node_view(self, tree: Any, node: Any, socket: Any) -> None:
         assert socket.node == node

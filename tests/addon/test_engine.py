@@ -198,7 +198,7 @@ def test_depth_pass_holds_distances(studio: Any, tmp_path: Path) -> None:
     studio.view_layers[0].use_pass_z = True
     studio.dichromatic.samples = 1
     finished = render_layers(studio)[0]
-    assert finished.exported.wants_depth
+    assert [item.name for item in finished.exported.passes.passes] == ["Depth"]
     depth = finished.render.depth
     centre = float(depth[12, 20])
     # The view axis meets the floor, 4 m below, after 4 / cos 55 degrees.
