@@ -14,6 +14,7 @@ from .nodes.editing import surface_items, surface_node_of
 from .output_display import monitor_problem
 from .presets import DICHROMATIC_MT_material_presets
 from .properties import MONITOR, illuminant_problem
+from .view_transform import is_colorimetric, view_notes
 from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "register", "unregister"]
@@ -306,10 +307,11 @@ class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
         layout.prop(scene.render, "film_transparent")
         view = scene.view_settings
         layout.prop(view, "view_transform")
-        faithful = view.view_transform in ("Standard", "Raw") and view.look == "None"
-        if not faithful:
-            text = "This view restyles colors; Standard shows them as computed"
-            draw_wrapped(layout, text, "INFO", panel_line(context))
+        for note in view_notes(scene):
+            draw_wrapped(layout, note, "INFO", panel_line(context))
+        if is_colorimetric(scene):
+            text = "Colors within the display's gamut are shown as computed"
+            draw_wrapped(layout, text, "CHECKMARK", panel_line(context))
         settings = scene.dichromatic
         column = layout.column()
         column.prop(settings, "display")
