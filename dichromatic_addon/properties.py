@@ -14,11 +14,11 @@ from .callbacks import get_callback, search_callback, set_callback, update_callb
 from .quality import apply_quality, quality_index, quality_items
 from .spectrum_sources import (
     illuminant_by_name,
+    luminance,
     radiator,
     radiator_items,
     search_illuminants,
-    uplifted,
-    working_to_rec709,
+    tinted_daylight,
 )
 from .spectrum_store import load_file, stored_problem, stored_spectrum
 
@@ -35,8 +35,6 @@ __all__ = [
     "unregister",
     "world_illuminant",
 ]
-
-REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
 
 source_items = (
     ("COLOR", "Own Color", "Daylight (D65) tinted by the color; white is D65 itself", "COLOR", 0),
@@ -333,21 +331,6 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
     )
 
 
-def _luminance(colour: Sequence[float]) -> float:
-    rgb = working_to_rec709(colour)
-    return max(0.0, sum(part * weight for part, weight in zip(rgb, REC709_LUMINANCE, strict=True)))
-
-
-def _tinted_daylight(colour: Sequence[float]) -> core.Spectrum:
-    """Daylight whose linear RGB is `colour` up to its brightness: D65 times the reflectance of that colour."""
-    tint = uplifted(colour)
-    daylight = core.illuminant("D65")
-    if tint.is_constant:  # white, or black, whose power is zero whatever its spectrum
-        return daylight
-    wavelengths = core.REFERENCE_WAVELENGTHS_NM
-    return core.Spectrum(wavelengths, tint.at(wavelengths) * daylight.at(wavelengths), name="tinted D65")
-
-
 def _chosen_illuminant(owner: Any, colour: Sequence[float]) -> core.Spectrum:
     """Return the illuminant that a light's or world's settings choose."""
     settings = owner.dichromatic
@@ -357,7 +340,7 @@ def _chosen_illuminant(owner: Any, colour: Sequence[float]) -> core.Spectrum:
         return radiator(settings.radiator, settings.temperature)
     if settings.source == "FILE":
         return stored_spectrum(owner, settings.filepath)
-    return _tinted_daylight(colour)
+    return tinted_daylight(colour)
 
 
 def read_illuminant(light: Any) -> core.Spectrum:
@@ -386,7 +369,7 @@ def read_illuminant(light: Any) -> core.Spectrum:
 
 def light_luminance(light: Any) -> float:
     """Return the factor that a light's colour puts on its power: its luminance, or 1 where the colour is not used."""
-    return _luminance(compat.light_colour_factor(light)) if light.dichromatic.source == "COLOR" else 1.0
+    return luminance(compat.light_colour_factor(light)) if light.dichromatic.source == "COLOR" else 1.0
 
 
 def world_illuminant(scene: Any, colour: Sequence[float]) -> tuple[core.Spectrum, float]:
@@ -410,7 +393,7 @@ def world_illuminant(scene: Any, colour: Sequence[float]) -> tuple[core.Spectrum
         If the illuminant cannot be had; the message names the world and the reason.
     """
     try:
-        return _chosen_illuminant(scene.world, colour), _luminance(colour)
+        return _chosen_illuminant(scene.world, colour), luminance(colour)
     except core.DichromaticError as error:
         raise core.SceneError(f"Illuminant of world '{scene.world.name}': {error}") from error
 

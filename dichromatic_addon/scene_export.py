@@ -82,6 +82,7 @@ class _Walk:
     materials: list[Any] = field(default_factory=list)
     material_names: list[str] = field(default_factory=list)
     material_index: dict[str | None, int] = field(default_factory=dict)
+    invisible: set[int] = field(default_factory=set)  # materials that show nothing
     arrays: dict[int, MeshArrays | None] = field(default_factory=dict)
     meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
 
@@ -234,6 +235,8 @@ def _mesh(walk: _Walk, obj: Any) -> Any | None:
     if arrays is None:
         return None
     slots = tuple(_material(walk, slot.material) for slot in obj.material_slots) or (_material(walk, None),)
+    if walk.invisible.issuperset(slots):
+        return None
     key = (pointer, slots)
     if key not in walk.meshes:
         slot_index = np.clip(arrays.slot_index, 0, len(slots) - 1)  # beyond the last slot: the last, as Blender has it
@@ -256,6 +259,8 @@ def _material(walk: _Walk, material: Any) -> int:
         reading = read_material(material)
         walk.notes.extend(reading.notes)
         walk.material_index[key] = len(walk.materials)
+        if reading.is_invisible:
+            walk.invisible.add(len(walk.materials))
         walk.materials.append(reading.material)
         walk.material_names.append("(no material)" if material is None else material.name)
     return walk.material_index[key]

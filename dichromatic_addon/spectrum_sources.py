@@ -6,21 +6,29 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import mathutils
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ._core import core
 
 __all__ = [
     "illuminant_by_name",
+    "luminance",
     "match_names",
     "radiator",
     "radiator_items",
+    "rec709_to_working",
     "reflectance_by_name",
     "search_illuminants",
     "search_metals",
     "search_spectra",
+    "tinted_daylight",
     "uplifted",
+    "working_luminance",
     "working_to_rec709",
 ]
+
+REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)  # ITU-R BT.709-6, item 3.2
 
 radiator_items = (
     ("BLACKBODY", "Blackbody", "Planckian radiator: candles, incandescent lamps", 0),
@@ -87,3 +95,33 @@ def uplifted(colour: Sequence[float], name: str = "") -> core.Spectrum:
     rgb = [max(part, 0.0) for part in working_to_rec709(colour)]
     brightest = max(1.0, *rgb)
     return core.uplift([part / brightest for part in rgb]).scaled(brightest, name=name or "uplifted color")
+
+
+def rec709_to_working(colour: Sequence[float]) -> tuple[float, float, float]:
+    """Convert a linear Rec.709 colour to Blender's working space."""
+    red, green, blue = (float(part) for part in tuple(colour)[:3])
+    if red == green == blue:
+        return red, green, blue
+    converted = mathutils.Color((red, green, blue)).from_rec709_linear_to_scene_linear()
+    return converted.r, converted.g, converted.b
+
+
+def working_luminance(colour: ArrayLike) -> NDArray[np.float64]:
+    """Return the luminance (...) of scene linear colours (..., 3); white has 1."""
+    primaries = [working_to_rec709(primary) for primary in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+    return np.asarray(colour, np.float64) @ (np.array(primaries) @ REC709_LUMINANCE)
+
+
+def luminance(colour: Sequence[float]) -> float:
+    """Return the luminance of one scene linear colour, not negative."""
+    return max(0.0, float(working_luminance(tuple(colour)[:3])))
+
+
+def tinted_daylight(colour: Sequence[float]) -> core.Spectrum:
+    """Daylight whose linear RGB is `colour` up to its brightness: D65 times the reflectance of that colour."""
+    tint = uplifted(colour)
+    daylight = core.illuminant("D65")
+    if tint.is_constant:  # white, or black, whose power is zero whatever its spectrum
+        return daylight
+    wavelengths = core.REFERENCE_WAVELENGTHS_NM
+    return core.Spectrum(wavelengths, tint.at(wavelengths) * daylight.at(wavelengths), name="tinted D65")

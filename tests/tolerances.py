@@ -111,3 +111,13 @@ PAINT_OF_A_FILE = 1e-5
 # Lobes with n or beta rounded to Blender's 32-bit sockets: a relative error of 6e-8 of beta is twice that times the
 # exponent of the lobe, which is 28 where the lobe has fallen to the 1e-12 that ends the comparison.
 COEFFICIENTS_OF_FLOAT32_PARAMETERS = 1e-5
+
+# Blender's colour nodes: Cycles keeps curves and ramps as tables of 257 entries and works in float32.
+COLOUR_NODES = 2e-3
+
+# Cycles' blackbody is a rational fit to Planck's law in linear RGB, good to about half a percent.
+BLACKBODY_FITS = 0.02
+
+# The mean of a pattern over 4 m, by Cycles' 16 samples a pixel of a 32 x 32 picture and a few periods of the pattern,
+# against the mean of its distribution as far as a bell curve or a sine describes it.
+MEAN_OF_A_PATTERN = 0.05

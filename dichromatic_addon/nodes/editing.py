@@ -7,7 +7,6 @@ from bpy.props import EnumProperty, StringProperty
 
 from ..compat import ensure_node_tree
 from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SPECTRUM_NODES, SURFACE_NODES
-from .fallback import COLOUR_INPUTS
 
 __all__ = [
     "CLASSES",
@@ -95,7 +94,7 @@ def _keep_inputs(tree: Any, old: Any, new: Any) -> None:
     for target in new.inputs:
         source = old.inputs.get(target.name)
         if source is None and target.name == "Body Reflectance":
-            source = old.inputs.get(COLOUR_INPUTS.get(old.bl_idname, ""))
+            source = old.inputs.get("Base Color") or old.inputs.get("Color")
         if target.hide or source is None or source.type not in ("RGBA", "VALUE"):
             continue
         if source.is_linked and source.type == target.type:

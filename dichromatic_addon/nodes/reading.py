@@ -7,14 +7,16 @@ from typing import Any
 
 from .._core import core
 from ..compat import node_tree_of
-from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SURFACE_NODES
+from ..names import METAL_NODE, SPECTRUM_NODE, SURFACE_NODES
 from ..spectrum_store import stored_problem
-from .fallback import dominant_shader, read_foreign_shader, read_viewport_colour
-from .imported import imported_metal, record_problem, spectrum_problem
+from .closures import Glow
+from .fallback import ForeignReading, read_foreign_surface, read_viewport_colour
+from .imported import record_problem, spectrum_problem
 from .inputs import InputReader
 from .links import Origin, origin_of
+from .surfaces import read_surface_node
 
-__all__ = ["MaterialReading", "link_problems", "read_material", "surface_origin"]
+__all__ = ["MaterialReading", "link_problems", "read_foreign", "read_material", "surface_origin"]
 
 NEUTRAL_GREY = 0.8  # what Blender gives to a surface without a material
 
@@ -29,10 +31,16 @@ class MaterialReading:
         Type I, II or III of the core.
     notes : tuple of str
         What was approximated, for the render statistics; empty where the nodes were ours.
+    glow : Glow or None
+        The light that the surface gives.
+    is_invisible : bool
+        Whether nothing is to be seen of a surface with this material.
     """
 
     material: core.Material
     notes: tuple[str, ...] = ()
+    glow: Glow | None = None
+    is_invisible: bool = False
 
 
 def read_material(material: Any) -> MaterialReading:
@@ -57,17 +65,45 @@ def read_material(material: Any) -> MaterialReading:
         grey = core.Spectrum.constant(NEUTRAL_GREY, name="neutral grey")
         matte = core.TypeI(body_reflectance=grey, interface_reflectance=0.0, attenuation="cosine", n=1.0)
         return MaterialReading(matte, ("surfaces without a material are matte grey (0.8)",))
-    reader = InputReader(material.name)
     tree = node_tree_of(material)
     if tree is None:
-        return _noted(read_viewport_colour(material, "it has no nodes"))
-    origin, left_out = dominant_shader(surface_origin(tree), reader)
-    notes = (f"material '{material.name}': {left_out}",) if left_out else ()
+        return _of_foreign(read_viewport_colour(material, "it has no nodes"))
+    origin = surface_origin(tree)
+    if origin is not None and not origin.is_unlinked and origin.node.bl_idname in SURFACE_NODES:
+        return MaterialReading(read_surface_node(origin, InputReader(material.name)))
+    return _of_foreign(read_foreign(material))
+
+
+def read_foreign(material: Any) -> ForeignReading:
+    """Read a material whose Surface is not simply one of our nodes, with the parts that a conversion needs.
+
+    Parameters
+    ----------
+    material : bpy.types.Material
+        With a node tree.
+
+    Returns
+    -------
+    ForeignReading
+        The material, its light, and what was approximated.
+
+    Raises
+    ------
+    DichromaticError
+        If one of our nodes among the shaders cannot be read, or the links form a cycle.
+    """
+    tree = material.node_tree
+    origin = surface_origin(tree)
     if origin is None or origin.is_unlinked:
-        return _noted(read_viewport_colour(material, "nothing is linked to its Surface output"), *notes)
-    if origin.node.bl_idname in SURFACE_NODES:
-        return MaterialReading(_read_surface_node(origin, reader), notes)
-    return _noted(read_foreign_shader(material, origin, reader), *notes)
+        output = tree.get_output_node("ALL")
+        if output is not None and output.inputs["Volume"].is_linked:
+            return read_viewport_colour(material, "a volume is not rendered: left out", is_invisible=True)
+        return read_viewport_colour(material, "nothing is linked to its Surface output")
+    return read_foreign_surface(material, origin, InputReader(material.name))
+
+
+def _of_foreign(read: ForeignReading) -> MaterialReading:
+    return MaterialReading(read.joined.material, read.notes, read.joined.glow, read.is_invisible)
 
 
 def surface_origin(tree: Any) -> Origin | None:
@@ -155,51 +191,3 @@ def _source_problems(node: Any) -> list[str]:
     if node.source == "TEMPERATURE" and node.radiator == "DAYLIGHT" and node.temperature < 4000.0:
         return ["daylight is defined from 4000 K on"]
     return []
-
-
-def _noted(read: tuple[core.Material, str], *earlier: str) -> MaterialReading:
-    material, note = read
-    return MaterialReading(material, (*earlier, note))
-
-
-def _read_surface_node(origin: Origin, reader: InputReader) -> core.Material:
-    node, groups = origin.node, origin.groups
-    try:
-        if node.bl_idname == PLASTIC_NODE:
-            return core.TypeI(
-                body_reflectance=reader.spectrum(node, "Body Reflectance", groups),
-                interface_reflectance=reader.number(node, "Interface Reflectance", groups),
-                attenuation=node.attenuation,
-                n=reader.number(node, "n", groups),
-                mirror=reader.number(node, "Mirror", groups),
-                energy_conserving=node.energy_conserving,
-            )
-        if node.bl_idname == CLOTH_NODE:
-            return core.TypeII(
-                body_reflectance=reader.spectrum(node, "Body Reflectance", groups),
-                interface_reflectance=reader.spectrum(node, "Interface Reflectance", groups),
-                attenuation=node.attenuation,
-                n=reader.number(node, "n", groups),
-                mirror=reader.number(node, "Mirror", groups),
-                energy_conserving=node.energy_conserving,
-            )
-        return _read_metal(origin, reader)
-    except core.SceneError:
-        raise  # names the node already
-    except core.DichromaticError as error:
-        raise core.SceneError(f"{reader.place(node)}: {error}") from error
-
-
-def _read_metal(origin: Origin, reader: InputReader) -> core.TypeIII:
-    node, groups = origin.node, origin.groups
-    numbers: dict[str, Any] = {
-        "beta": reader.number(node, "beta", groups),
-        "beta_across": reader.number(node, "beta across", groups) if node.anisotropic else None,
-        "incidence": node.incidence,
-        "energy_conserving": node.energy_conserving,
-        "mirror": reader.number(node, "Mirror", groups),
-    }
-    if node.source == "IMPORTED":
-        metal = imported_metal(node)
-        return core.TypeIII(metal.normal_reflectance, metal.mean_reflectance, **numbers)
-    return core.TypeIII.from_optical_constants(core.optical_constants(node.metal), **numbers)

@@ -394,30 +394,6 @@ def test_diffuse_is_matte(scene):
     assert read.interface_reflectance == 0.0
 
 
-def test_a_texture_falls_back_on_the_viewport_colour_and_says_why(scene):
-    material, shader = foreign("ShaderNodeBsdfPrincipled")
-    material.diffuse_color = (0.125, 0.125, 0.125, 1.0)
-    tree = material.node_tree
-    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], shader.inputs["Base Color"])
-    reading = read_material(material)
-    assert reading.material.body_reflectance == core.Spectrum.constant(0.125)
-    assert "Noise Texture" in reading.notes[0]
-
-
-def test_a_mix_of_shaders_takes_the_one_that_counts_most(scene):
-    material, mix = foreign("ShaderNodeMixShader")
-    tree = material.node_tree
-    for index, value in ((1, 0.25), (2, 0.75)):
-        diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-        diffuse.inputs["Color"].default_value = (value, value, value, 1.0)
-        tree.links.new(diffuse.outputs[0], mix.inputs[index])
-    for factor, value in ((0.2, 0.25), (0.8, 0.75)):
-        mix.inputs[0].default_value = factor
-        reading = read_material(material)
-        assert reading.material.body_reflectance == core.Spectrum.constant(value)
-        assert "Mix Shader" in reading.notes[0]
-
-
 def test_no_shader_falls_back_on_the_viewport_colour(scene):
     material, shader = foreign("ShaderNodeBsdfDiffuse")
     material.node_tree.nodes.remove(shader)
