@@ -16,7 +16,7 @@ BIN := $(VENV)/bin
 SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup render test test-slow test-matrix package lint format figures stability bench clean
+.PHONY: help setup render test test-slow test-matrix package lint format figures tables stability bench docs clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -64,10 +64,9 @@ figures:  ## draw the figures of docs/figures again
 	@$(SETUP) figures
 	$(BIN)/python tools/make_figures.py
 
-tables:  ## measure the tables of docs/: errors of the wavelength grids, stability of the reflection laws
-	@$(SETUP) test
-	$(BIN)/python tools/measure_grids.py
-	$(BIN)/python -m tools.stability_table
+tables:  ## the tables in the pages of docs/: errors of the wavelength grids, error against time, the library (5 min)
+	@$(SETUP) test figures
+	$(BIN)/python -m tools.document_tables --timed
 
 bench:  ## rays a second beside Embree, the cost of colour, relighting, growth, estimates (20 min)
 	@$(SETUP) bench
@@ -77,5 +76,10 @@ bench:  ## rays a second beside Embree, the cost of colour, relighting, growth, 
 	$(BIN)/python -m tests.benchmarks.growth
 	$(BIN)/python -m tests.benchmarks.estimate_accuracy
 
+docs:  ## build the documents as a site in site/, and check its links
+	@$(SETUP) docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	$(BIN)/python tools/check_links.py site
+
 clean:  ## remove the environments and everything that was made
-	rm -rf .venv .venv-* build dist renders artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf .venv .venv-* build dist renders site artifacts *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

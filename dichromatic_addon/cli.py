@@ -15,7 +15,7 @@ from typing import Any
 
 from ._core import core
 
-__all__ = ["CLASSES", "VERBS", "Verb", "main", "register", "unregister"]
+__all__ = ["CLASSES", "VERBS", "Verb", "main", "parse_arguments", "register", "unregister"]
 
 CLASSES = ()
 EXIT_FAILURE = 1
@@ -70,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
-        options = _parse(arguments)
+        options = parse_arguments(arguments)
     except SystemExit as end:  # argparse has printed its help or its complaint
         return int(end.code or 0)
     try:
@@ -89,7 +89,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return EXIT_FAILURE
 
 
-def _parse(arguments: list[str]) -> argparse.Namespace:
+def parse_arguments(arguments: list[str]) -> argparse.Namespace:
+    """Read the words behind the program's name; argparse ends with SystemExit where they are wrong, or ask for help."""
     parser = argparse.ArgumentParser(
         prog="dichromatic", description="Spectral rendering with the dichromatic reflection models."
     )

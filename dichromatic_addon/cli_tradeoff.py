@@ -57,11 +57,20 @@ def _draw(found: core.Tradeoff, path: Path) -> None:
     axes.step(*zip(*best, strict=True), where="post", color="black", linewidth=0.8, label="Pareto set")
     axes.set_xscale("log")
     axes.set_yscale("log")
+    ticks = _round_numbers(*axes.get_xlim())
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_xticks([], minor=True)
     axes.set_xlabel("seconds")
     axes.set_ylabel("mean Delta E 2000")
     axes.set_title(f"{found.scene}: error against time")
     axes.legend(fontsize="small", frameon=False)
     save_figure(figure, path)
+
+
+def _round_numbers(low: float, high: float) -> list[float]:
+    """1, 2 and 5 of every decade between two numbers."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    return [n * 10.0**decade for decade in decades for n in (1, 2, 5) if low <= n * 10.0**decade <= high]
 
 
 def _label(axes: Any, measurements: Sequence[core.Measurement], smallest: float) -> None:

@@ -45,16 +45,16 @@ def differences(preset: str, power: int) -> np.ndarray:
     return np.array(found)
 
 
-def main() -> None:
-    print("| preset | wavelengths | S: mean / max | S cubed: mean / max |")
-    print("| --- | --- | --- | --- |")
+def table() -> str:
+    lines = ["| preset | wavelengths | S: mean / max | S cubed: mean / max |", "| --- | --- | --- | --- |"]
     for preset in GRID_PRESETS:
         cells = []
         for power in (1, 3):
             found = differences(preset, power)
             cells.append(f"{found.mean():.3f} / {found.max():.2f}")
-        print(f"| {preset} | {wavelength_grid(preset).wavelengths_nm.size} | {cells[0]} | {cells[1]} |")
+        lines.append(f"| {preset} | {wavelength_grid(preset).wavelengths_nm.size} | {cells[0]} | {cells[1]} |")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
-    main()
+    print(table())
