@@ -9,6 +9,7 @@ def _modules() -> tuple[object, ...]:
     """Return the modules in the order of registration; imported late, so that the package itself needs no Blender."""
     from . import (
         cli,
+        conversion,
         engine,
         estimation,
         last_render,
@@ -29,7 +30,7 @@ def _modules() -> tuple[object, ...]:
 
     studying = (study_settings, last_render, live_relight, studies, render_files, estimation, study_panels)
     drawing = (presets, panels, view_layer_panels)
-    return (properties, render_passes, preferences, nodes, *drawing, engine, operators, *studying, cli)
+    return (properties, render_passes, preferences, nodes, *drawing, engine, operators, conversion, *studying, cli)
 
 
 def register() -> None:

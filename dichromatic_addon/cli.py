@@ -50,6 +50,7 @@ VERBS: tuple[Verb, ...] = (
     Verb("lamps", "cli_lamps", "show a kept render under a list of lamps, side by side"),
     Verb("metamerism", "cli_metamerism", "measure how colours move between two lamps, pixel by pixel"),
     Verb("probe", "cli_probe", "take the spectrum of one pixel of a kept render apart"),
+    Verb("convert", "cli_convert", "turn the materials of a Cycles scene into dichromatic ones, for good"),
     Verb("fit", "cli_fit", "fit a material to spectra measured at several geometries"),
 )
 

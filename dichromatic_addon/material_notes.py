@@ -11,7 +11,14 @@ from .nodes.imported import record_of
 from .nodes.reading import read_material
 from .wrapped import draw_wrapped
 
-__all__ = ["draw_energy_warnings", "draw_provenance", "fitted_lines", "unregister", "warnings_of"]
+__all__ = [
+    "draw_approximations",
+    "draw_energy_warnings",
+    "draw_provenance",
+    "fitted_lines",
+    "unregister",
+    "warnings_of",
+]
 
 _REST = 0.25  # seconds without a new value before warnings are computed: a slider that is dragged must not stutter
 _KEPT = 256  # materials whose warnings are remembered
@@ -87,6 +94,31 @@ def draw_energy_warnings(layout: Any, material: Any, width: int) -> None:
         return  # the panel shows the reason with the node
     for text in found:
         draw_wrapped(layout, text, "INFO", width)
+
+
+def draw_approximations(layout: Any, material: Any, width: int) -> None:
+    """Draw what is approximated in a foreign material, in a sub-panel.
+
+    Parameters
+    ----------
+    layout : bpy.types.UILayout
+        Where to draw.
+    material : bpy.types.Material
+        One without a surface node of ours.
+    width : int
+        Characters in a line.
+    """
+    header, body = layout.panel("dichromatic_approximations", default_closed=True)
+    header.label(text="Approximations")
+    if body is None:
+        return
+    try:
+        notes = read_material(material).notes
+    except core.DichromaticError as error:
+        draw_wrapped(body, str(error), "ERROR", width)
+        return
+    for text in notes:
+        draw_wrapped(body, text.partition(": ")[2], "DOT", width)
 
 
 def fitted_lines(record: core.fitting.MaterialRecord) -> list[str]:

@@ -7,7 +7,7 @@ import bpy
 from . import material_notes
 from .compat import node_tree_of
 from .estimation import estimate_lines
-from .material_notes import draw_energy_warnings, draw_provenance
+from .material_notes import draw_approximations, draw_energy_warnings, draw_provenance
 from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
@@ -107,10 +107,12 @@ class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
             draw_energy_warnings(layout, material, panel_line(context))
             draw_provenance(layout, node, panel_line(context))
             return
-        what = "its viewport color" if node is None else "the color of this node"
+        what = "its viewport color" if node is None else "these shaders"
         draw_wrapped(
             layout, f"Rendered from {what}. Choose a type for a spectral material", "INFO", panel_line(context)
         )
+        layout.operator("dichromatic.convert_material", icon="FILE_REFRESH")
+        draw_approximations(layout, material, panel_line(context))
         if node is not None:
             output = material.node_tree.get_output_node("ALL")
             layout.template_node_view(material.node_tree, output, output.inputs["Surface"])

@@ -77,7 +77,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     recipe = GroupRecipe(
         tag=PLASTIC_NODE,
-        version=2,
+        version=3,
         name=".Dichromatic Plastic",
         inputs=(
             BODY_INPUT,
@@ -86,7 +86,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
                 "FLOAT",
                 1.0,
                 low=0.0,
-                high=1000.0,
+                high=1.0e6,
                 description="S_I, the strength of the highlight at its centre, relative to matte white (no unit). "
                 "The paper's cups have 5",
             ),

@@ -37,10 +37,20 @@ def material_output(tree: Any) -> Any:
 
 
 def surface_node_of(material: Any) -> Any:
-    """Return the node that is linked to the Surface output directly (reroutes skipped), or None."""
+    """Return the node that is linked to the Surface output directly (reroutes skipped), or None.
+
+    Where light is added to one of our nodes by Add Shader, ours is meant.
+    """
     tree = material.node_tree
     output = tree.get_output_node("ALL") if tree else None
-    socket = output.inputs["Surface"] if output else None
+    node = _linked_node(output.inputs["Surface"]) if output else None
+    if node is not None and node.bl_idname == "ShaderNodeAddShader":
+        added = [_linked_node(socket) for socket in node.inputs]
+        return next((item for item in added if item is not None and item.bl_idname in SURFACE_NODES), node)
+    return node
+
+
+def _linked_node(socket: Any) -> Any:
     while socket is not None and socket.is_linked:
         node = socket.links[0].from_node
         if node.type != "REROUTE":
@@ -77,10 +87,12 @@ def set_surface_node(material: Any, node_type: str) -> Any:
     else:
         node.location = old.location
         _keep_inputs(tree, old, node)
-    tree.links.new(node.outputs["Surface"], output.inputs["Surface"])
+    ours = old is not None and old.bl_idname in SURFACE_NODES
+    targets = [link.to_socket for socket in old.outputs for link in socket.links] if ours else []
+    for target in targets or [output.inputs["Surface"]]:
+        tree.links.new(node.outputs["Surface"], target)
     if old is not None:
         used = any(socket.is_linked for socket in old.outputs)
-        ours = old.bl_idname in SURFACE_NODES
         if not used and (ours or not any(socket.is_linked for socket in old.inputs)):
             tree.nodes.remove(old)
         else:

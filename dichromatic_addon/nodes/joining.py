@@ -33,12 +33,15 @@ class Joined:
         Its highlight.
     glow : Glow or None
         Its light.
+    only_glows : bool
+        Whether it gives light and reflects none.
     """
 
     material: core.Material
     body: Tint
     lobe: Lobe | None
     glow: Glow | None
+    only_glows: bool = False
 
 
 def weighted_sum(tints: Sequence[tuple[float, Tint]]) -> Tint:
@@ -113,7 +116,8 @@ def join(parts: Parts) -> Joined:
         return Joined(_metal(lobe), body, lobe, glow)
     if lobe is not None and lobe.is_metal:
         parts.note("metal is mixed with a body: it is rendered as a colored highlight over the body")
-    return Joined(_dielectric(body, lobe), body, lobe, glow)
+    only_glows = glow is not None and lobe is None and not (bodies or parts.finished)
+    return Joined(_dielectric(body, lobe), body, lobe, glow, only_glows=only_glows)
 
 
 def _one_lobe(lobes: list[Lobe], parts: Parts) -> tuple[Lobe | None, list[Body]]:

@@ -16,8 +16,9 @@ from .inputs import InputReader
 from .links import Origin, origin_of
 from .surfaces import read_surface_node
 
-__all__ = ["MaterialReading", "link_problems", "read_foreign", "read_material", "surface_origin"]
+__all__ = ["MaterialReading", "is_ours", "link_problems", "read_foreign", "read_material", "surface_origin"]
 
+DEEPEST_SUM = 8  # Add Shader nodes in a row; more are taken for foreign
 NEUTRAL_GREY = 0.8  # what Blender gives to a surface without a material
 
 
@@ -72,6 +73,43 @@ def read_material(material: Any) -> MaterialReading:
     if origin is not None and not origin.is_unlinked and origin.node.bl_idname in SURFACE_NODES:
         return MaterialReading(read_surface_node(origin, InputReader(material.name)))
     return _of_foreign(read_foreign(material))
+
+
+def is_ours(material: Any) -> bool:
+    """Whether a material is one surface node of ours, or that with light added; also where it cannot be read.
+
+    Parameters
+    ----------
+    material : bpy.types.Material
+        Any material.
+
+    Returns
+    -------
+    bool
+        The answer.
+
+    Raises
+    ------
+    None.
+    """
+    tree = node_tree_of(material)
+    if tree is None:
+        return False
+    try:
+        kinds = _added_kinds(surface_origin(tree))
+    except core.DichromaticError:
+        return True
+    ours = [kind for kind in kinds if kind in SURFACE_NODES]
+    return len(ours) == 1 and all(kind == "ShaderNodeEmission" for kind in kinds if kind not in ours)
+
+
+def _added_kinds(origin: Origin | None, depth: int = 0) -> list[str]:
+    """Return the types of the shaders that Add Shader nodes bring together; cheap enough for each redraw."""
+    if origin is None or origin.is_unlinked or depth > DEEPEST_SUM:
+        return []
+    if origin.node.bl_idname != "ShaderNodeAddShader":
+        return [origin.node.bl_idname]
+    return [kind for item in origin.node.inputs for kind in _added_kinds(origin_of(item, origin.groups), depth + 1)]
 
 
 def read_foreign(material: Any) -> ForeignReading:
