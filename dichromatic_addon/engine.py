@@ -196,7 +196,9 @@ class _LayerJob:
 
     def run(self, depsgraph: Any) -> FinishedLayer:
         self._progress(0.0, "reading the scene")
-        exported = export_scene(depsgraph, camera=self._engine.camera_override)
+        exported = export_scene(
+            depsgraph, camera=self._engine.camera_override, stop_if_cancelled=self._stop_if_cancelled
+        )
         self._layer = exported.layer
         if self._engine.is_preview:
             exported = replace(exported, passes=PassRequest())
@@ -219,6 +221,10 @@ class _LayerJob:
 
     def _is_cancelled(self) -> bool:
         return bool(self._engine.test_break())
+
+    def _stop_if_cancelled(self) -> None:
+        if self._is_cancelled():
+            raise core.RenderCancelledError("the render was cancelled")
 
     def _progress(self, fraction: float, message: str) -> None:
         if self._listener is not None and self._listener.progress is not None:

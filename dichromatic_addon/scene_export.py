@@ -6,6 +6,7 @@ geometry nodes are in it), each mesh once however often it is shown. What is app
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -87,7 +88,13 @@ class _Walk:
     meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
 
 
-def export_scene(depsgraph: Any, *, camera: Any = None, view: tuple[Any, Region] | None = None) -> ExportedScene:
+def export_scene(
+    depsgraph: Any,
+    *,
+    camera: Any = None,
+    view: tuple[Any, Region] | None = None,
+    stop_if_cancelled: Callable[[], None] = lambda: None,
+) -> ExportedScene:
     """Read the evaluated scene.
 
     Parameters
@@ -98,6 +105,8 @@ def export_scene(depsgraph: Any, *, camera: Any = None, view: tuple[Any, Region]
         Camera to look through instead of the scene's.
     view : tuple of (Camera, Region), optional
         The core's camera and the size of a 3D view, instead of any camera object.
+    stop_if_cancelled : callable, optional
+        Asked before each object; raises when the user wants an end.
 
     Returns
     -------
@@ -114,6 +123,7 @@ def export_scene(depsgraph: Any, *, camera: Any = None, view: tuple[Any, Region]
     walk = _Walk(view_layer, view_layer.material_override)
     core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
     for instance in depsgraph.object_instances:
+        stop_if_cancelled()
         _visit(walk, instance)
     _note_scene_features(scene, walk.notes)
     settings = replace(read_settings(scene), width=region.width, height=region.height)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ Integers = NDArray[np.int64]
 
 _HITS = 8192
 """Hits that are interpolated at a time: their corners stay in a second-level cache of 1 MB."""
+
+_TRIANGLES = 1 << 14
+"""Triangles that are brought into world space at a time, between two questions for the end."""
 
 _SHORT = 1e-12
 """Length below which a sum of unit vectors is scaled before it is squared."""
@@ -76,7 +79,12 @@ class Geometry:
     dropped: int
 
     @classmethod
-    def from_instances(cls, instances: Sequence[Instance], dtype: DTypeLike = np.float32) -> Geometry:
+    def from_instances(
+        cls,
+        instances: Sequence[Instance],
+        dtype: DTypeLike = np.float32,
+        stop_if_cancelled: Callable[[], None] = lambda: None,
+    ) -> Geometry:
         """Bring instances into world space.
 
         Normals are carried by the cofactor matrix (the inverse transpose but for a factor, defined for flattening
@@ -89,6 +97,8 @@ class Geometry:
             Any number, none included.
         dtype : dtype, optional
             float32 for speed, float64 for reference runs.
+        stop_if_cancelled : callable, optional
+            Asked every few hundredths of a second; raises when the caller wants an end.
 
         Returns
         -------
@@ -108,7 +118,7 @@ class Geometry:
         centre, radius = bounding_sphere(instances)
         smooth = any(i.mesh.corner_normals is not None for i in instances)
         textured = any(i.mesh.uv is not None for i in instances)
-        parts = [_place(instance, centre, dtype, smooth, textured) for instance in instances]
+        parts = [_place(instance, centre, dtype, smooth, textured, stop_if_cancelled) for instance in instances]
         total = sum(len(i.mesh.triangles) for i in instances)
         kept = [part.count for part in parts]
         before = np.cumsum([0, *(len(part.vertices) for part in parts)])
@@ -377,7 +387,9 @@ def bounding_sphere(instances: Sequence[Instance]) -> tuple[NDArray[np.float64],
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
     for instance in instances:
         if len(instance.mesh.triangles):
-            world = _world_vertices(instance)[np.unique(instance.mesh.triangles)]
+            is_used = np.zeros(len(instance.mesh.vertices), bool)
+            is_used[instance.mesh.triangles] = True
+            world = _world_vertices(instance)[is_used]
             lower, upper = np.minimum(lower, world.min(axis=0)), np.maximum(upper, world.max(axis=0))
     if not np.isfinite(lower).all():
         return np.zeros(3), 0.0
@@ -388,13 +400,35 @@ def _world_vertices(instance: Instance) -> NDArray[np.float64]:
     return instance.mesh.vertices @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
 
 
-def _place(instance: Instance, centre: Array, dtype: np.dtype[Any], smooth: bool, textured: bool) -> _Placed:
-    mesh, linear = instance.mesh, instance.matrix[:3, :3]
+def _place(
+    instance: Instance,
+    centre: Array,
+    dtype: np.dtype[Any],
+    smooth: bool,
+    textured: bool,
+    stop_if_cancelled: Callable[[], None],
+) -> _Placed:
     # One value per vertex, shared by all its triangles: the cast must not open seams.
     world = (_world_vertices(instance) - centre).astype(dtype)
+    parts = []
+    for start in range(0, max(len(instance.mesh.triangles), 1), _TRIANGLES):
+        stop_if_cancelled()
+        parts.append(_place_triangles(instance, slice(start, start + _TRIANGLES), world, smooth, textured))
+    if len(parts) == 1:
+        return parts[0]
+    joined: dict[str, Any] = {}
+    for name in (field.name for field in fields(_Placed) if field.name != "vertices"):
+        arrays = [getattr(part, name) for part in parts]
+        joined[name] = None if arrays[0] is None else np.concatenate(arrays)
+    return _Placed(vertices=world, **joined)
+
+
+def _place_triangles(instance: Instance, part: slice, world: Array, smooth: bool, textured: bool) -> _Placed:
+    """Bring some triangles into world space; few at a time, so that what lies between stays in the cache."""
+    mesh, linear, dtype = instance.mesh, instance.matrix[:3, :3], world.dtype
     mirrored = np.linalg.det(linear) < 0.0
     turn = [0, 2, 1] if mirrored else [0, 1, 2]
-    triangles = mesh.triangles[:, turn]
+    triangles = mesh.triangles[part][:, turn]
     corners = world[triangles]
     doubled = corners.astype(np.float64)
     # Scaled to the larger edge so that the squares of tiny triangles do not underflow.
@@ -410,26 +444,30 @@ def _place(instance: Instance, centre: Array, dtype: np.dtype[Any], smooth: bool
         triangles=triangles[keep],
         corners=corners[keep] if len(keep) < len(corners) else corners,
         geometric_normals=geometric.astype(dtype),
-        corner_normals=_world_normals(mesh, linear, mirrored, turn, keep, geometric).astype(dtype) if smooth else None,
-        uv=_uv(mesh, turn, keep).astype(dtype) if textured else None,
-        material_index=np.zeros(len(keep), np.int64) if mesh.material_index is None else mesh.material_index[keep],
+        corner_normals=(
+            _world_normals(mesh, linear, mirrored, turn, part, keep, geometric).astype(dtype) if smooth else None
+        ),
+        uv=_uv(mesh, turn, part, keep).astype(dtype) if textured else None,
+        material_index=(
+            np.zeros(len(keep), np.int64) if mesh.material_index is None else mesh.material_index[part][keep]
+        ),
     )
 
 
 def _world_normals(
-    mesh: Mesh, linear: Array, mirrored: bool, turn: list[int], keep: Integers, geometric: Array
+    mesh: Mesh, linear: Array, mirrored: bool, turn: list[int], part: slice, keep: Integers, geometric: Array
 ) -> NDArray[np.float64]:
     flat = np.repeat(geometric[:, None, :], 3, axis=1)
     if mesh.corner_normals is None:
         return flat
     a, b, c = linear.T
     cofactor = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) * (-1.0 if mirrored else 1.0)
-    normals = mesh.corner_normals[keep][:, turn] @ cofactor.T
+    normals = mesh.corner_normals[part][keep][:, turn] @ cofactor.T
     return _unit_or(normals.reshape(-1, 3), flat.reshape(-1, 3)).reshape(-1, 3, 3)
 
 
-def _uv(mesh: Mesh, turn: list[int], keep: Integers) -> NDArray[np.float64]:
-    return np.zeros((len(keep), 3, 2)) if mesh.uv is None else mesh.uv[keep][:, turn]
+def _uv(mesh: Mesh, turn: list[int], part: slice, keep: Integers) -> NDArray[np.float64]:
+    return np.zeros((len(keep), 3, 2)) if mesh.uv is None else mesh.uv[part][keep][:, turn]
 
 
 def _interpolate(values: Array, triangle: Integers, u: Array, v: Array) -> Array:

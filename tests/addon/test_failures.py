@@ -132,6 +132,24 @@ def test_cancel_stops_between_bands(scene: Any, monkeypatch: pytest.MonkeyPatch)
     assert "done" not in messages
 
 
+def test_cancel_is_asked_before_each_object(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound(scene)
+    for number in range(5):
+        add_plane(scene, name=f"Sheet {number}", height=-1.0 - number)
+    asked = 0
+
+    def at_the_fourth_time(self: Any) -> bool:
+        nonlocal asked
+        asked += 1
+        return asked == 4
+
+    messages: list[str] = []
+    monkeypatch.setattr(_LayerJob, "_is_cancelled", at_the_fourth_time)
+    with pytest.raises(core.RenderCancelledError):
+        render_layers(scene, progress=lambda fraction, message: messages.append(message))
+    assert messages == ["reading the scene"]
+
+
 def test_cancelled_operator_stores_nothing(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     sound(scene)
     monkeypatch.setattr(_LayerJob, "_is_cancelled", lambda self: True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spectral_core.errors import SceneError
+from spectral_core.errors import RenderCancelledError, SceneError
 from spectral_core.tracing import Geometry, Instance, Mesh
 from tests.render.tracing_meshes import icosphere
 from tests.tolerances import FLOAT32_ROUNDING, FLOAT64_ROUNDING
@@ -156,3 +156,73 @@ def test_a_distant_scene_keeps_its_small_features():
     matrix[:3, 3] = 1e6
     geometry = Geometry.from_instances([Instance(Mesh(TRIANGLE * 1e-2, [(0, 1, 2)]), matrix)])
     np.testing.assert_allclose(np.diff(geometry.corners[0], axis=0), np.diff(TRIANGLE * 1e-2, axis=0), atol=1e-9)
+
+
+def test_an_end_is_asked_for_within_one_large_mesh():
+    mesh = big_sheet(200)
+    whole = Geometry.from_instances([Instance(mesh)])
+    asked = 0
+
+    def count():
+        nonlocal asked
+        asked += 1
+
+    counted = Geometry.from_instances([Instance(mesh)], stop_if_cancelled=count)
+    assert asked == -(-len(mesh.triangles) // 2**14) > 2
+    assert np.array_equal(whole.corners, counted.corners)
+
+    def stop():
+        raise RenderCancelledError("enough")
+
+    with pytest.raises(RenderCancelledError):
+        Geometry.from_instances([Instance(mesh)], stop_if_cancelled=stop)
+
+
+@pytest.mark.parametrize("sliver", [False, True], ids=["all kept", "one dropped"])
+def test_large_meshes_are_placed_as_small_ones_are(sliver):
+    """Triangle by triangle as meshes of their own, over more than one run of them; one without area is left out."""
+    mesh = big_sheet(100, sliver)
+    matrix = np.array([(1.0, 0.2, 0, 3), (0, -2.0, 0.1, 4), (0.3, 0, 1.5, 5), (0, 0, 0, 1)])
+    whole = Geometry.from_instances([Instance(mesh, matrix)], np.float64)
+    assert whole.dropped == sliver
+    probes = (0, 2**14 - 2, 2**14, len(mesh.triangles) - 1)
+    for probe in probes:
+        alone = Mesh(
+            mesh.vertices[mesh.triangles[probe]],
+            [(0, 1, 2)],
+            corner_normals=mesh.corner_normals[probe : probe + 1],
+            uv=mesh.uv[probe : probe + 1],
+            material_index=mesh.material_index[probe : probe + 1],
+        )
+        one = Geometry.from_instances([Instance(alone, matrix)], np.float64)
+        at = probe - (sliver and probe > 2**14 - 1)
+        for name in ("geometric_normals", "corner_normals", "uv", "material_index"):
+            np.testing.assert_allclose(getattr(whole, name)[at], getattr(one, name)[0], atol=FLOAT64_ROUNDING)
+        # Coordinates of up to 300, taken from their centre and back.
+        np.testing.assert_allclose(
+            whole.corners[at] + whole.centre, one.corners[0] + one.centre, atol=300 * FLOAT64_ROUNDING
+        )
+
+
+def big_sheet(side, sliver=False):
+    """A wavy sheet of 2 side^2 triangles with all that a mesh may have; one of them without area, if asked."""
+    rng = np.random.default_rng(4)
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0)))
+    vertices = np.stack([x, y, np.sin(x)], axis=1)
+    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    triangles = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + side + 1], axis=1),
+            np.stack([corner + 1, corner + side + 2, corner + side + 1], axis=1),
+        ]
+    )
+    if sliver:
+        triangles[2**14 - 1] = triangles[2**14 - 1, 0]
+    normals = rng.normal(size=(len(triangles), 3, 3))
+    return Mesh(
+        vertices,
+        triangles,
+        corner_normals=normals / np.linalg.norm(normals, axis=2, keepdims=True),
+        uv=rng.random((len(triangles), 3, 2)),
+        material_index=rng.integers(0, 4, len(triangles)),
+    )
