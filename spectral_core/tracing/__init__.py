@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .acceleration import Acceleration, AccelerationCache
 from .bvh import Bvh
 from .camera import Camera
 from .geometry import Geometry
@@ -10,9 +11,12 @@ from .mesh import Instance, Mesh
 from .rasterize import PrimaryView, primary_hits
 from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, square_points
 from .shadows import LightView, occluded_from_direction, occluded_from_point
+from .solids import Solids, sight_box
 
 __all__ = [
     "PIXEL_FILTERS",
+    "Acceleration",
+    "AccelerationCache",
     "Bvh",
     "Camera",
     "Geometry",
@@ -21,11 +25,13 @@ __all__ = [
     "LightView",
     "Mesh",
     "PrimaryView",
+    "Solids",
     "disk_points",
     "occluded_from_direction",
     "occluded_from_point",
     "offset_origins",
     "pixel_offsets",
     "primary_hits",
+    "sight_box",
     "square_points",
 ]

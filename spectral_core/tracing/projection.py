@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .camera import Camera
 from .clipping import clip_triangles
 from .geometry import Geometry
+from .solids import AWAY, TOWARDS
 
 __all__ = ["Projection", "ScreenTriangles"]
 
@@ -191,25 +192,22 @@ class Projection:
         ----------
         Own design.
         """
-        matrix = self.axes.copy()
-        moved = -self.axes @ self.eye
-        matrix[0] *= self.scale[0]
-        matrix[1] *= self.scale[1]
-        moved[0] *= self.scale[0]
-        moved[1] *= self.scale[1]
-        if self.perspective:
-            matrix[0] += self.shift[0] * self.axes[2]
-            matrix[1] += self.shift[1] * self.axes[2]
-            moved[:2] += np.array(self.shift) * moved[2]
-        else:
-            moved[:2] += self.shift
-        hx, hy, depth = matrix @ points.T.astype(np.float64)
-        hx += moved[0]
-        hy += moved[1]
-        depth += moved[2]
+        # Element by element: a library's product of matrices may round a point differently among other neighbours.
+        px, py, pz = points.T.astype(np.float64)
+        right, down, forward = ([*row, -float(row @ self.eye)] for row in self.axes)
+        depth = forward[0] * px + forward[1] * py + forward[2] * pz + forward[3]
+        hx = right[0] * px + right[1] * py + right[2] * pz + right[3]
+        hy = down[0] * px + down[1] * py + down[2] * pz + down[3]
+        hx *= self.scale[0]
+        hy *= self.scale[1]
+        w = depth if self.perspective else 1.0
+        hx += self.shift[0] * w
+        hy += self.shift[1] * w
         return hx, hy, depth
 
-    def project(self, geometry: Geometry, chosen: Integers | None = None) -> ScreenTriangles:
+    def project(
+        self, geometry: Geometry, chosen: Integers | None = None, sides: NDArray[np.uint8] | None = None
+    ) -> ScreenTriangles:
         """Bring triangles to the screen, without those that lie wholly outside it.
 
         Triangles that cross the near plane, or leave the screen so far that their coordinates would be coarse, are
@@ -221,6 +219,9 @@ class Projection:
             The triangles.
         chosen : (S,) ndarray of int64, optional
             Numbers of those to project; None for all.
+        sides : (T,) ndarray of uint8, optional
+            Sides of each triangle of the geometry to project, :data:`~.solids.TOWARDS` or :data:`~.solids.AWAY` or
+            both; None for both of all.
 
         Returns
         -------
@@ -244,14 +245,12 @@ class Projection:
             x, y, nearness = x.astype(dtype), y.astype(dtype), self.nearness(depth).astype(dtype)
         corners = geometry.triangles if chosen is None else np.take(geometry.triangles, chosen, axis=0)
         number = np.arange(len(corners)) if chosen is None else chosen
-        if not code.any():
-            return ScreenTriangles(x, y, nearness, corners, number)
-        a, b, c = (np.take(code, corners[:, k]) for k in range(3))
-        seen = (a & b & c & ~_CUT) == 0
-        cut = ((a | b | c) & _CUT) != 0
-        whole, torn = np.flatnonzero(seen & ~cut), np.flatnonzero(seen & cut)
-        result = np.take(corners, whole, axis=0) if len(whole) < len(corners) else corners
-        triangle = np.take(number, whole)
+        torn = np.zeros(0, np.int64)
+        if code.any():
+            a, b, c = (np.take(code, corners[:, k]) for k in range(3))
+            seen = (a & b & c & ~_CUT) == 0
+            cut = ((a | b | c) & _CUT) != 0
+            whole, torn = np.flatnonzero(seen & ~cut), np.flatnonzero(seen & cut)
         if len(torn):
             at = corners[torn]
             pieces, source = clip_triangles(np.stack([hx[at], hy[at], depth[at]], axis=2), self._guard_planes())
@@ -261,8 +260,16 @@ class Projection:
             added = len(x) + np.arange(3 * len(pieces)).reshape(-1, 3)
             x, y = np.concatenate([x, px.astype(dtype)]), np.concatenate([y, py.astype(dtype)])
             nearness = np.concatenate([nearness, self.nearness(pd).astype(dtype)])
-            result, triangle = np.concatenate([result, added]), np.concatenate([triangle, number[torn[source]]])
-        return ScreenTriangles(x, y, nearness, result, triangle)
+            torn_number = number[torn[source]]
+        if code.any() and len(whole) < len(corners):
+            corners, number = np.take(corners, whole, axis=0), np.take(number, whole)
+        if len(torn):
+            corners, number = np.concatenate([corners, added]), np.concatenate([number, torn_number])
+        if sides is not None:
+            mirrored = bool(np.linalg.det(self.axes) < 0.0)
+            shown = np.flatnonzero(_shown(x, y, corners, mirrored) & np.take(sides, number))
+            corners, number = np.take(corners, shown, axis=0), np.take(number, shown)
+        return ScreenTriangles(x, y, nearness, corners, number)
 
     def _outcodes(self, hx: Floats, hy: Floats, depth: Floats) -> NDArray[np.uint8]:
         """Bits for the sides of the seen volume that a vertex lies beyond, and one if its triangles must be cut."""
@@ -293,6 +300,21 @@ class Projection:
                 plane[2 if self.perspective else 3] = -sign * end
                 sides.append(plane)
         return np.array([near, *sides])
+
+
+def _shown(x: Array, y: Array, corners: Integers, mirrored: bool) -> NDArray[np.uint8]:
+    """Bits TOWARDS and AWAY of the sides that screen triangles show, both for those seen edge on.
+
+    Told from the rounded positions: on them too a closed surface covers each point as often one way as the other.
+    """
+    a, b, c = (np.ascontiguousarray(corners[:, k]) for k in range(3))
+    xa, ya = np.take(x, a), np.take(y, a)
+    twice = (np.take(x, b) - xa) * (np.take(y, c) - ya) - (np.take(x, c) - xa) * (np.take(y, b) - ya)
+    # Counter-clockwise seen from outside, but y grows downward.
+    negative, positive = (AWAY, TOWARDS) if mirrored else (TOWARDS, AWAY)
+    shown = (twice <= 0.0).view(np.uint8) * np.uint8(negative)
+    shown |= (twice >= 0.0).view(np.uint8) * np.uint8(positive)
+    return shown
 
 
 def reference_depth(eye: Floats, forward: Floats, radius: float, perspective: bool) -> float:

@@ -17,6 +17,7 @@ from .camera import Camera
 from .geometry import Geometry
 from .hits import Hits
 from .projection import Projection, ScreenTriangles
+from .solids import Solids, sight_box
 from .spans import Edges, batches, expand, ordered_edges
 
 __all__ = ["PrimaryView", "primary_hits"]
@@ -47,6 +48,8 @@ class PrimaryView:
         Size of the picture in pixels.
     offset : tuple of float, optional
         Position of the sample within each pixel; (0.5, 0.5) is the centre.
+    solids : Solids, optional
+        The geometry's closed parts: of those the camera is outside of, only the sides that face it are drawn.
     """
 
     def __init__(
@@ -56,13 +59,20 @@ class PrimaryView:
         width: int,
         height: int,
         offset: tuple[float, float] = (0.5, 0.5),
+        solids: Solids | None = None,
     ) -> None:
         self._geometry = geometry
         self._width = width
         self._height = height
         self._projection = Projection.of_camera(geometry, camera, width, height, offset)
         seen = geometry.camera_visible
-        self._screen = self._projection.project(geometry, None if seen.all() else np.flatnonzero(seen))
+        if solids is None:
+            self._screen = self._projection.project(geometry, None if seen.all() else np.flatnonzero(seen))
+        else:
+            sides = solids.towards_eye(geometry, sight_box(geometry, camera)) * seen
+            eye = self._projection.eye if self._projection.perspective else None
+            chosen = solids.seen(geometry, sides, eye, camera.matrix[:3, 2])
+            self._screen = self._projection.project(geometry, chosen, sides)
         self._first, self._last = _row_ranges(self._screen, width, height)
         self._in_some_row = np.flatnonzero(self._first <= self._last)
 

@@ -44,7 +44,7 @@ class SampleGrid:
     start : (rows * columns + 1,) ndarray of int
         First sample of each cell.
     x, y : (N,) ndarray
-        Positions in cells, from the grid's corner.
+        Positions on the screen.
     nearness : (N,) ndarray
         What a triangle must exceed to hide the sample.
     order : (N,) ndarray of int64
@@ -98,18 +98,13 @@ class SampleGrid:
         extent = max(float(x.max() - origin[0]), float(y.max() - origin[1]))
         cells = _fineness(x - origin[0], y - origin[1], extent)
         scale = dtype.type(0.9999 * cells / extent if extent > 0.0 else 1.0)
-        x, y = (x - origin[0]) * scale, (y - origin[1]) * scale
+        across, down = (x - origin[0]) * scale, (y - origin[1]) * scale
         # Whole blocks in every row: the cells of a block's row are neighbours.
-        columns, rows = ((int(side.max()) >> _BLOCK_BITS) + 1 << _BLOCK_BITS for side in (x, y))
+        columns, rows = ((int(side.max()) >> _BLOCK_BITS) + 1 << _BLOCK_BITS for side in (across, down))
         pad = 0.01 + 8.0 * float(np.finfo(dtype).eps * scale) * _LARGEST_COORDINATE
-        cell = _cells(x, y, columns)
-        bits = len(x).bit_length()
-        cell <<= bits
-        cell |= np.arange(len(x))
-        cell.sort()
-        order = cell & ((1 << bits) - 1)
-        cell >>= bits
-        x, y, nearness = np.take(x, order), np.take(y, order), np.take(nearness, order)
+        cell = _cells(across, down, columns)
+        order = _sorted_order(cell)
+        cell, x, y, nearness = (np.take(values, order) for values in (cell, x, y, nearness))
         start, farthest = _index(cell, nearness, columns, rows)
         corner = float(origin[0]), float(origin[1])
         return cls(corner, float(scale), columns, rows, pad, start, x, y, nearness, order, farthest)
@@ -138,7 +133,7 @@ class SampleGrid:
         """
         left = np.flatnonzero(~removed)
         x, y, nearness = np.take(self.x, left), np.take(self.y, left), np.take(self.nearness, left)
-        start, farthest = _index(_cells(x, y, self.columns), nearness, self.columns, self.rows)
+        start, farthest = _index(_cells(*self.cells(x, y), self.columns), nearness, self.columns, self.rows)
         order = np.take(self.order, left)
         return replace(self, start=start, x=x, y=y, nearness=nearness, order=order, farthest=farthest)
 
@@ -223,6 +218,15 @@ def _cells(x: Array, y: Array, columns: int) -> Integers:
     cell *= columns
     cell += x.astype(np.int64)
     return cell
+
+
+def _sorted_order(cell: Integers) -> Integers:
+    """Order of rising cells; numpy's stable sort of 16 bits counts instead of comparing."""
+    order: Integers = np.argsort((cell & 0xFFFF).astype(np.uint16), kind="stable")
+    high = cell >> 16
+    if high.any():
+        order = np.take(order, np.argsort(np.take(high, order).astype(np.uint16), kind="stable"))
+    return order
 
 
 def _index(cell: Integers, nearness: Array, columns: int, rows: int) -> tuple[NDArray[np.signedinteger[Any]], Array]:

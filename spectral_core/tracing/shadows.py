@@ -7,15 +7,17 @@ themselves. A light outside the scene has one screen, one within it the six face
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import threading
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .geometry import Geometry
-from .projection import Projection, ScreenTriangles
+from .light_screens import LightScreen, face_of, light_projections, touching_faces
+from .projection import Projection
 from .sample_grid import SampleGrid
+from .solids import BOTH, Solids
 from .spans import batches, expand, top_to_bottom
 
 __all__ = ["LightView", "occluded_from_direction", "occluded_from_point"]
@@ -29,15 +31,6 @@ _TRIANGLES = 16384
 _PAIRS = 32768
 """(triangle, row) or (triangle, point) pairs worked on together."""
 
-_SCREEN = 1024.0
-"""Width of a light's screen in its own units."""
-
-_WIDEST = 3.0
-"""Tangent of the half angle up to which a light has a single screen."""
-
-_NEAR = 1e-5
-"""Depth, in scene radii, up to which nothing counts: closer to the light there is no telling what hides what."""
-
 _HIDDEN_PART = 0.35
 """Part of the points of a grid that must be hidden before it is worth while to sort them out."""
 
@@ -49,7 +42,8 @@ class LightView:
     """A light's view of a scene, ready to tell which points are hidden from it.
 
     The points lie on the scene's surfaces. Make it once for a light and ask it for any number of points: what it knows
-    about the triangles is kept.
+    about the triangles is kept. Several threads may ask one view at once; what a point is told does not depend on the
+    points it is asked with.
 
     Parameters
     ----------
@@ -59,19 +53,37 @@ class LightView:
         Where the light stands, in recentred coordinates. Either this or `to_light` is given.
     to_light : (3,) array_like of float, optional
         Direction to a light that is infinitely far, of any length.
+    sight : pair of (3,) array_like of float, optional
+        Promise that every point lies on the light's side of a surface that is seen from this box without crossing
+        another, directly or in mirrors; see :func:`~.solids.sight_box`. Half the triangles of closed meshes clear of
+        the box and of the light then need no look, with the same verdicts.
+    solids : Solids, optional
+        The geometry's closed parts and walls; None does without.
     """
 
     def __init__(
-        self, geometry: Geometry, position: ArrayLike | None = None, to_light: ArrayLike | None = None
+        self,
+        geometry: Geometry,
+        position: ArrayLike | None = None,
+        to_light: ArrayLike | None = None,
+        sight: tuple[ArrayLike, ArrayLike] | None = None,
+        solids: Solids | None = None,
     ) -> None:
         if (position is None) == (to_light is None):
             raise TypeError("either position or to_light must be given")
         self._geometry = geometry
-        casting = geometry.shadow_visible
-        self._casting = None if casting.all() else np.flatnonzero(casting)
+        self._solids = solids
         self._position = None if position is None else np.array(position, np.float64)
-        self._projections = _projections(geometry, self._position, to_light)
-        self._screens: dict[int, ScreenTriangles] = {}
+        self._projections = light_projections(geometry, self._position, to_light)
+        if solids is None:
+            self._sides = np.full(geometry.triangle_count, BOTH, np.uint8)
+        else:
+            self._sides = solids.towards_light(geometry, sight, self._position)
+        if not geometry.shadow_visible.all():
+            self._sides = self._sides * geometry.shadow_visible
+        self._chosen: list[Integers] | None = None
+        self._screens: dict[int, LightScreen] = {}
+        self._lock = threading.Lock()
 
     def occluded(self, points: Array, own: Integers | None = None) -> NDArray[np.bool_]:
         """Find the points that something hides from the light.
@@ -98,36 +110,58 @@ class LightView:
         Own design.
         """
         hidden = np.zeros(len(points), bool)
-        own = np.full(len(points), -1) if own is None else np.asarray(own, np.int64)
         if not self._geometry.triangle_count or not len(points):
             return hidden
-        for number, chosen in self._faces(points):
-            at, owner = (points, own) if chosen is None else (np.take(points, chosen, axis=0), np.take(own, chosen))
-            projection = self._projections[number]
-            if number not in self._screens:
-                self._screens[number] = projection.project(self._geometry, self._casting)
-            found = _hidden(self._screens[number], _grid(projection, self._geometry, at), owner)
-            if chosen is None:
-                hidden = found
-            else:
-                hidden[chosen] = found
+        # Points that lie behind nothing are let go part by part, before tables of all of them fill the memory.
+        doubtful: list[list[tuple[Array, ...]]] = [[] for _ in self._projections]
+        for begin in range(0, len(points), _PAIRS):
+            for face, number, part in self._parts(points[begin : begin + _PAIRS]):
+                x, y, nearness = _on_screen(self._projections[face], self._geometry, part)
+                below = self._screen(face).ceilings.below(x, y, nearness)
+                if len(below):
+                    number = below if number is None else np.take(number, below)
+                    doubtful[face].append(
+                        (number + begin, np.take(x, below), np.take(y, below), np.take(nearness, below))
+                    )
+        for face, parts in enumerate(doubtful):
+            if parts:
+                number, x, y, nearness = (np.concatenate(column) for column in zip(*parts, strict=True))
+                owner = None if own is None else np.take(np.asarray(own, np.int64), number)
+                hidden[number] = _hidden(self._screen(face), SampleGrid.of(x, y, nearness), owner)
         return hidden
 
-    def _faces(self, points: Array) -> Iterator[tuple[int, Integers | None]]:
-        """Screens and the points that fall on each; None for all points."""
+    def _screen(self, face: int) -> LightScreen:
+        """What is seen on a screen, made when it is first asked for."""
+        if face not in self._screens:
+            with self._lock:
+                if face not in self._screens:
+                    chosen = self._on_face(face)
+                    self._screens[face] = LightScreen.of(self._projections[face], self._geometry, chosen, self._sides)
+        return self._screens[face]
+
+    def _on_face(self, face: int) -> Integers:
+        """Triangles that may be seen on a screen."""
+        if self._chosen is None:
+            towards = -self._projections[0].axes[2]
+            if self._solids is None:
+                chosen = np.flatnonzero(self._sides)
+            else:
+                chosen = self._solids.seen(self._geometry, self._sides, self._position, towards)
+            if len(self._projections) == 1 or self._position is None:
+                self._chosen = [chosen]
+            else:
+                touching = touching_faces(self._geometry, self._position, chosen)
+                self._chosen = [np.take(chosen, np.flatnonzero(touching & (1 << face))) for face in range(6)]
+        return self._chosen[face]
+
+    def _parts(self, points: Array) -> list[tuple[int, Integers | None, Array]]:
+        """Screens, the numbers of the points that fall on each (None for all), and those points."""
         if len(self._projections) == 1:
-            yield 0, None
-            return
+            return [(0, None, points)]
         assert self._position is not None
-        x, y, z = (points[:, axis] - self._position[axis] for axis in range(3))
-        ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
-        face = (x < 0.0).astype(np.uint8)
-        np.copyto(face, (y < 0.0).astype(np.uint8) + np.uint8(2), where=ay > ax)
-        np.copyto(face, (z < 0.0).astype(np.uint8) + np.uint8(4), where=az > np.maximum(ax, ay))
-        for number in range(6):
-            chosen = np.flatnonzero(face == number)
-            if len(chosen):
-                yield number, chosen
+        face = face_of(*(points[:, axis] - self._position[axis] for axis in range(3)))
+        parts = [(number, np.flatnonzero(face == number)) for number in range(6)]
+        return [(number, chosen, np.take(points, chosen, axis=0)) for number, chosen in parts if len(chosen)]
 
 
 def occluded_from_point(
@@ -196,89 +230,28 @@ def occluded_from_direction(
     return LightView(geometry, to_light=to_light).occluded(points, own)
 
 
-def _projections(geometry: Geometry, position: Array | None, to_light: ArrayLike | None) -> list[Projection]:
-    """One screen that holds the scene, or six around a light amid it."""
-    radius = max(geometry.radius, 1e-300)
-    half = 0.5 * _SCREEN
-    if position is None:
-        axis = -np.asarray(to_light, np.float64)
-        axis = axis / np.linalg.norm(axis)
-        return [_looking(np.zeros(3), axis, False, half / (1.01 * radius), -2.0 * radius, 2.0 * radius, 0.0)]
-    near, far = _NEAR * radius, float(np.linalg.norm(position)) + 2.0 * radius
-    axis, tangent = _cone(geometry, position)
-    tangent = max(tangent, 1e-6)  # an empty scene
-    if tangent < _WIDEST:
-        reference = float(-position @ axis)
-        return [_looking(position, axis, True, half / tangent, near, far, reference if reference > near else np.inf)]
-    axes = [sign * row for row in np.eye(3) for sign in (1.0, -1.0)]
-    return [_looking(position, axis, True, half, near, far, np.inf) for axis in axes]
-
-
-def _cone(geometry: Geometry, apex: Array) -> tuple[Array, float]:
-    """Axis of a cone from a point around the scene, and the tangent of its half angle (infinite from 90 degrees on)."""
-    vertices, distance = geometry.vertices, float(np.linalg.norm(apex))
-    if distance > 1.5 * geometry.radius:
-        return -apex / distance, 1.01 * float(geometry.radius / np.sqrt(distance**2 - geometry.radius**2))
-    low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
-    corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    away = corners - apex
-    axis = np.sum(away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300), axis=0)
-    axis /= max(float(np.linalg.norm(axis)), 1e-300)
-    away = vertices - apex
-    depth = away @ axis
-    nearest = float(depth.min())
-    if nearest <= 0.0:
-        return axis, np.inf
-    squared = np.einsum("ij,ij->i", away, away) / (depth * depth)
-    return axis, 1.01 * float(np.sqrt(max(float(squared.max()) - 1.0, 1e-12)))
-
-
-def _looking(
-    eye: Array, forward: Array, perspective: bool, scale: float, near: float, far: float, reference: float
-) -> Projection:
-    aside = np.eye(3)[np.abs(forward).argmin()]
-    right = np.cross(forward, aside)
-    right /= np.linalg.norm(right)
-    return Projection(
-        eye=eye,
-        axes=np.stack([right, np.cross(forward, right), forward]),
-        perspective=perspective,
-        scale=(scale, scale),
-        shift=(0.5 * _SCREEN, 0.5 * _SCREEN),
-        near=near,
-        far=far,
-        size=(_SCREEN, _SCREEN),
-        reference=reference,
-    )
-
-
-def _grid(projection: Projection, geometry: Geometry, points: Array) -> SampleGrid:
-    """Points on a screen, in a grid of about one cell a point."""
+def _on_screen(projection: Projection, geometry: Geometry, points: Array) -> tuple[Array, Array, Array]:
+    """Positions of points on a screen, and what a triangle's nearness must exceed to hide them."""
     dtype = geometry.dtype
-    x, y = np.empty(len(points), dtype), np.empty(len(points), dtype)
-    nearness = np.empty(len(points), dtype)
     # Depths are rounded by a few units in the last place of the scene's size; so much farther is not behind.
     blur = 4.0 * np.finfo(dtype).eps * geometry.radius
-    for k in range(0, len(points), _PAIRS):
-        part = slice(k, k + _PAIRS)
-        hx, hy, depth = projection.eye_space(points[part])
-        if projection.perspective:
-            depth = np.maximum(depth, projection.near)
-            hx, hy = hx / depth, hy / depth
-        x[part], y[part] = hx, hy
-        nearness[part] = projection.nearness(
-            np.maximum(depth - blur, 0.5 * depth) if projection.perspective else depth - blur
-        )
-    return SampleGrid.of(x, y, nearness)
+    x, y, depth = projection.eye_space(points)
+    if projection.perspective:
+        np.maximum(depth, projection.near, out=depth)
+        x /= depth
+        y /= depth
+        depth = np.maximum(depth - blur, 0.5 * depth)
+    else:
+        depth -= blur
+    return x.astype(dtype), y.astype(dtype), projection.nearness(depth).astype(dtype)
 
 
-def _hidden(screen: ScreenTriangles, grid: SampleGrid, own: Integers) -> NDArray[np.bool_]:
+def _hidden(screen: LightScreen, grid: SampleGrid, own: Integers | None) -> NDArray[np.bool_]:
     """Points of a grid that triangles of the same screen hide, in the order the points were given."""
-    x, y = grid.cells(screen.x, screen.y)
-    result = np.zeros(len(own), bool)
-    dark = np.zeros(len(own), bool)
-    starts = np.arange(0, len(screen.corners), _TRIANGLES)
-    closest = [np.take(screen.nearness, screen.corners[k : k + _TRIANGLES, 0]).max() for k in starts]
+    result = np.zeros(len(grid.order), bool)
+    dark = np.zeros(len(grid.order), bool)
+    starts = np.arange(0, len(screen.triangle), _TRIANGLES)
+    closest = [screen.nearest[k : k + _TRIANGLES].max() for k in starts]
     # From the light outward, so that points are found hidden early; once enough are, they leave the grid, and with them
     # the need to look at what lies behind.
     for k in starts[np.argsort(closest)[::-1]]:
@@ -288,26 +261,21 @@ def _hidden(screen: ScreenTriangles, grid: SampleGrid, own: Integers) -> NDArray
                 return result
             grid = grid.without(dark)
             dark = np.zeros(len(grid.order), bool)
-        a, b, c = np.ascontiguousarray(screen.corners[k : k + _TRIANGLES].T)
-        y0, y1, y2 = np.take(y, a), np.take(y, b), np.take(y, c)
-        top, bottom = np.minimum(np.minimum(y0, y1), y2), np.maximum(np.maximum(y0, y1), y2)
-        x0, x1, x2 = np.take(x, a), np.take(x, b), np.take(x, c)
-        left, right = np.minimum(np.minimum(x0, x1), x2), np.maximum(np.maximum(x0, x1), x2)
-        z0, z1, z2 = np.take(screen.nearness, a), np.take(screen.nearness, b), np.take(screen.nearness, c)
-        nearest = np.maximum(np.maximum(z0, z1), z2)
+        part = slice(k, k + _TRIANGLES)
+        left, top = grid.cells(screen.left[part], screen.top[part])
+        right, bottom = grid.cells(screen.right[part], screen.bottom[part])
         # Seen edge on a triangle hides nothing; its neighbours meet without it.
-        may = grid.may_hide(left, top, right, bottom, nearest) & (bottom > top)
+        may = grid.may_hide(left, top, right, bottom, screen.nearest[part]) & (bottom > top)
         wide = right - left > _NARROW
         for some, narrow in ((np.flatnonzero(may & ~wide), True), (np.flatnonzero(may & wide), False)):
             if len(some):
-                corners = np.take(screen.corners, k + some, axis=0)
+                x, y, z = (np.take(values[:, part], some, axis=1) for values in (screen.x, screen.y, screen.nearness))
                 spans = (
                     _Box(*(np.take(side, some) for side in (left, right, top, bottom)))
                     if narrow
-                    else _Outline(x, y, corners)
+                    else _Outline(*grid.cells(x, y))
                 )
-                plane = _Planes(x, y, screen.nearness, corners)
-                _shade(spans, plane, np.take(screen.triangle, k + some), grid, own, dark)
+                _shade(spans, _Planes(x, y, z), np.take(screen.triangle[part], some), grid, own, dark)
     result[grid.order[dark]] = True
     return result
 
@@ -317,7 +285,7 @@ def _shade(
     plane: _Planes,
     triangle: Integers,
     grid: SampleGrid,
-    own: Integers,
+    own: Integers | None,
     dark: NDArray[np.bool_],
 ) -> None:
     """Mark the points that some triangles hide."""
@@ -348,8 +316,10 @@ def _shade(
             of, point = np.take(of, near), np.take(point, near)
             inside = np.flatnonzero(plane.covers(of, np.take(px, near), np.take(py, near)))
             of, point = np.take(of, inside), np.take(point, inside)
-            other = np.take(triangle, of) != np.take(own, np.take(grid.order, point))
-            dark[point[other]] = True
+            if own is not None:
+                other = np.flatnonzero(np.take(triangle, of) != np.take(own, np.take(grid.order, point)))
+                point = np.take(point, other)
+            dark[point] = True
 
 
 class _Box:
@@ -367,8 +337,10 @@ class _Box:
 class _Outline:
     """How far triangles extend to the left and right on rows of cells."""
 
-    def __init__(self, x: Array, y: Array, corners: Integers) -> None:
-        a, b, c = top_to_bottom(y, corners)
+    def __init__(self, x: Array, y: Array) -> None:
+        count = y.shape[1]
+        x, y = x.ravel(), y.ravel()
+        a, b, c = top_to_bottom(y, np.arange(count)[:, None] + count * np.arange(3))
         ya, yb, yc = np.take(y, a), np.take(y, b), np.take(y, c)
         xa, xb, xc = np.take(x, a), np.take(x, b), np.take(x, c)
         self.top, self.middle, self.bottom = ya, yb, yc
@@ -410,19 +382,13 @@ class _Outline:
 class _Planes:
     """Nearness of triangles' planes, and their insides, at points of the screen."""
 
-    def __init__(self, x: Array, y: Array, nearness: Array, corners: Integers) -> None:
-        a, b, c = (np.ascontiguousarray(corners[:, k]) for k in range(3))
-        self._x = [np.take(x, corner) for corner in (a, b, c)]
-        self._y = [np.take(y, corner) for corner in (a, b, c)]
-        z = [np.take(nearness, corner) for corner in (a, b, c)]
-        bx, cx = (self._x[k] - self._x[0] for k in (1, 2))
-        by, cy = (self._y[k] - self._y[0] for k in (1, 2))
-        bz, cz = (z[k] - z[0] for k in (1, 2))
+    def __init__(self, x: Array, y: Array, nearness: Array) -> None:
+        self._x, self._y, self._z = x, y, nearness[0]
+        (bx, cx), (by, cy), (bz, cz) = (values[1:] - values[0] for values in (x, y, nearness))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             scale = 1.0 / (bx * cy - by * cx)
             self._slope_x = (bz * cy - by * cz) * scale
             self._slope_y = (bx * cz - bz * cx) * scale
-        self._z = z[0]
 
     def nearness(self, owner: Integers, x: Array, y: Array) -> Array:
         """Value of each triangle's plane at a point; NaN for triangles seen edge on."""

@@ -171,7 +171,8 @@ def test_crowded_points_get_a_finer_grid():
     grids = [SampleGrid.of(x, y, np.ones(20_000, np.float32)) for x, y in (even, crowded)]
     assert grids[1].columns > 2 * grids[0].columns
     for grid in grids:
-        cell = grid.y.astype(int) * grid.columns + grid.x.astype(int)
+        column, row = grid.cells(grid.x, grid.y)
+        cell = row.astype(int) * grid.columns + column.astype(int)
         np.testing.assert_array_equal(np.bincount(cell, minlength=grid.rows * grid.columns), np.diff(grid.start))
         rest = grid.without(grid.x > 0.5 * grid.x.max())
         assert rest.start[-1] == len(rest.order) == np.count_nonzero(grid.x <= 0.5 * grid.x.max())
