@@ -7,6 +7,7 @@ from typing import Any
 from .._core import core
 from ..spectrum_sources import radiator, reflectance_by_name, uplifted
 from ..spectrum_store import stored_spectrum
+from .curve import drawn_spectrum
 from .imported import kept_spectrum
 
 __all__ = ["spectrum_of_node"]
@@ -39,6 +40,8 @@ def spectrum_of_node(node: Any, scale: float = 1.0) -> core.Spectrum:
         spectrum = stored_spectrum(node, node.filepath)
     elif source == "STORED":
         spectrum = kept_spectrum(node)
+    elif source == "CURVE":
+        spectrum = drawn_spectrum(node)
     elif source == "TEMPERATURE":
         spectrum = radiator(node.radiator, node.temperature)
     elif source == "GAUSSIAN":

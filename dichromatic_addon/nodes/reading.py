@@ -10,6 +10,7 @@ from ..compat import node_tree_of
 from ..names import METAL_NODE, SPECTRUM_NODE, SURFACE_NODES
 from ..spectrum_store import stored_problem
 from .closures import Glow
+from .curve import curve_problem
 from .fallback import ForeignReading, read_foreign_surface, read_viewport_colour
 from .imported import record_problem, spectrum_problem
 from .inputs import InputReader
@@ -219,6 +220,9 @@ def _metal_problems(node: Any) -> list[str]:
 def _source_problems(node: Any) -> list[str]:
     if node.source == "STORED":
         problem = spectrum_problem(node)
+        return [problem] if problem else []
+    if node.source == "CURVE":
+        problem = curve_problem(node)
         return [problem] if problem else []
     if node.source == "FILE":
         problem = stored_problem(node, node.filepath)

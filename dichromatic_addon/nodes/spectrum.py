@@ -14,6 +14,7 @@ from ..spectrum_sources import radiator_items, search_spectra
 from ..spectrum_store import load_file
 from .approximation import build_spectrum, scene_linear_rgb
 from .base import DichromaticNode, draw_link_problems, set_input
+from .curve import FIRST_CURVE, curve_problem, draw_curve, keep_curve
 from .evaluation import spectrum_of_node
 from .groups import GroupRecipe, SocketRecipe
 from .imported import kept_spectrum, spectrum_problem
@@ -35,12 +36,19 @@ source_items = (
     ("CONSTANT", "Constant", "The same value at every wavelength: a neutral grey", "REMOVE", 4),
     ("COLOR", "RGB Uplift", "The smooth spectrum whose color under daylight (D65) is the one chosen", "COLOR", 5),
     ("STORED", "Imported", "The samples of an imported material, kept in the .blend alone", "IMPORT", 6),
+    ("CURVE", "Curve", "A curve from 380 to 780 nm that is drawn by hand", "FCURVE", 7),
 )
 
 
 def _changed(node: Any, context: Any) -> None:
     node.refresh()
     node.id_data.update_tag()
+
+
+def _source_changed(node: Any, context: Any) -> None:
+    if node.source == "CURVE" and curve_problem(node):
+        keep_curve(node, FIRST_CURVE)
+    _changed(node, context)
 
 
 def _file_changed(node: Any, context: Any) -> None:
@@ -84,7 +92,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         description="Where the spectrum comes from",
         items=source_items,
         default="LIBRARY",
-        update=update_callback(_changed),
+        update=update_callback(_source_changed),
     )
     library_name: StringProperty(
         name="Name",
@@ -161,6 +169,17 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         update=update_callback(_changed),
     )
 
+    def set_curve(self: Any, points: Any) -> None:
+        """Draw the curve of the source "Curve" through (wavelength in nm, value) pairs, 380 to 780 nm and 0 to 1.
+
+        Raises
+        ------
+        InvalidParameterError
+            If there are fewer than two points, or one is out of range.
+        """
+        keep_curve(self, points)
+        _changed(self, None)
+
     def refresh(self: Any) -> None:
         """Show the inputs that the source needs, and bring the approximate colour up to date."""
         if "Color" not in self.inputs:  # the hidden group is gone; reading the node tells so
@@ -184,6 +203,8 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             return f"{'Daylight' if self.radiator == 'DAYLIGHT' else 'Blackbody'} {self.temperature:.0f} K"
         if self.source == "GAUSSIAN":
             return f"Band at {self.centre_nm:.0f} nm"
+        if self.source == "CURVE":
+            return "Drawn Curve"
         if self.source == "STORED":
             return ("" if spectrum_problem(self) else kept_spectrum(self).name) or "Imported Spectrum"
         return "Spectrum"
@@ -202,6 +223,8 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             self._draw_band(layout)
         elif self.source == "CONSTANT":
             layout.prop(self, "value")
+        elif self.source == "CURVE":
+            draw_curve(layout, self)
         self._draw_look(layout)
         draw_link_problems(self, layout)
 
@@ -219,6 +242,8 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
             self._draw_band(layout)
         elif self.source == "CONSTANT":
             layout.prop(self, "value")
+        elif self.source == "CURVE":
+            draw_curve(layout, self)
         self._draw_look(layout)
 
     def _draw_file(self: Any, layout: Any, text: str) -> None:
