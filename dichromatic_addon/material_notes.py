@@ -85,7 +85,7 @@ def draw_energy_warnings(layout: Any, material: Any, width: int) -> None:
         Characters in a line.
     """
     try:
-        read = read_material(material).material
+        read = read_material(material, pictures="none").material  # an image is judged as if it were white
         if read not in _warnings and not bpy.app.background:
             _request(read)  # drawn as soon as the values rest
             return

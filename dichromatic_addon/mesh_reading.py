@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MeshArrays", "read_mesh"]
+from .nodes.images import Coordinates
+
+__all__ = ["MeshArrays", "corner_coordinates", "read_mesh"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,6 +29,8 @@ class MeshArrays:
         The UV map that is active for rendering.
     slot_index : ndarray of int64, shape (T,)
         Material slot of each triangle's polygon.
+    loops : ndarray of int32, shape (T, 3)
+        The mesh's corners that the triangles' corners are.
     """
 
     vertices: NDArray[np.float64]
@@ -34,6 +38,7 @@ class MeshArrays:
     corner_normals: NDArray[np.float64]
     uv: NDArray[np.float64] | None
     slot_index: NDArray[np.int64]
+    loops: NDArray[np.int32]
 
 
 def read_mesh(mesh: Any) -> MeshArrays | None:
@@ -52,9 +57,23 @@ def read_mesh(mesh: Any) -> MeshArrays | None:
         vertices=vertices.astype(np.float64),
         triangles=corner_vertex[loops].astype(np.int64),
         corner_normals=normals[loops].astype(np.float64),
-        uv=_uv(mesh, loops),
+        uv=_uv(mesh, loops, ""),
         slot_index=_slot_index(mesh, polygon),
+        loops=loops,
     )
+
+
+def corner_coordinates(mesh: Any, arrays: MeshArrays, source: Coordinates) -> NDArray[np.float64] | None:
+    """Texture coordinates (T, 3, 2) of an evaluated mesh's triangles, or None where it has no such UV map."""
+    if source.kind == "UV":
+        return arrays.uv if not source.uv_map else _uv(mesh, arrays.loops, source.uv_map)
+    points = arrays.vertices
+    if source.kind == "GENERATED":
+        size = np.array(mesh.texspace_size)
+        points = 0.5 + 0.5 * (points - np.array(mesh.texspace_location)) / np.where(size == 0.0, 1.0, size)
+    matrix = np.array(source.matrix)
+    placed: NDArray[np.float64] = points @ matrix[:, :3].T + matrix[:, 3]
+    return placed[arrays.triangles]
 
 
 def _bulk(collection: Any, attribute: str, length: int, dtype: type) -> NDArray[Any]:
@@ -63,8 +82,9 @@ def _bulk(collection: Any, attribute: str, length: int, dtype: type) -> NDArray[
     return values
 
 
-def _uv(mesh: Any, loops: NDArray[np.int32]) -> NDArray[np.float64] | None:
-    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+def _uv(mesh: Any, loops: NDArray[np.int32], name: str) -> NDArray[np.float64] | None:
+    """Read the UV map of a name; without one, that which is active for rendering."""
+    layer = next((layer for layer in mesh.uv_layers if (layer.name == name if name else layer.active_render)), None)
     if layer is None or len(layer.uv) == 0:
         return None
     values = _bulk(layer.uv, "vector", 2 * len(mesh.loops), np.float32).reshape(-1, 2)

@@ -175,7 +175,7 @@ def _material(name: str) -> Any:
     material = bpy.data.materials.get(name)
     if material is None and name != "(no material)":
         raise core.SceneError(f"material '{name}' of the kept render is gone or has another name: render again")
-    return read_material(material).material
+    return read_material(material, pictures="kept").material
 
 
 def _compare_materials(name: str, then: Any, now: Any, differences: list[str]) -> None:
@@ -196,6 +196,9 @@ def _compare_materials(name: str, then: Any, now: Any, differences: list[str]) -
             and values[0] != values[1]
         ):
             differences.append(f"{part.name.replace('_', ' ')} of material '{name}' was changed")
+    for part_then, part_now in zip(then.textures, now.textures, strict=True):
+        if part_then is not None and replace(part_then, spectra=part_now.spectra) != part_now:
+            differences.append(f"the image of material '{name}' was changed")
     if "body" in now.component_names and now.energy_conserving:
         strongest = [float(material.reflectances[0].values.max()) for material in (then, now)]
         if strongest[0] != strongest[1]:

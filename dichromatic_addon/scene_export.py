@@ -15,7 +15,8 @@ import numpy as np
 from ._core import core
 from .camera_reading import Region, read_region, window_from_projection
 from .light_reading import read_light, read_world_colour
-from .mesh_reading import MeshArrays, read_mesh
+from .mesh_reading import MeshArrays, corner_coordinates, read_mesh
+from .nodes.images import Coordinates
 from .nodes.reading import read_material
 from .picture import PictureColour, picture_colour
 from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
@@ -84,6 +85,7 @@ class _Walk:
     material_names: list[str] = field(default_factory=list)
     material_index: dict[str | None, int] = field(default_factory=dict)
     invisible: set[int] = field(default_factory=set)  # materials that show nothing
+    coordinates: list[Coordinates | None] = field(default_factory=list)
     arrays: dict[int, MeshArrays | None] = field(default_factory=dict)
     meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
 
@@ -254,11 +256,33 @@ def _mesh(walk: _Walk, obj: Any) -> Any | None:
             arrays.vertices,
             arrays.triangles,
             corner_normals=arrays.corner_normals,
-            uv=arrays.uv,
+            uv=_texture_coordinates(walk, obj, arrays, slots, slot_index),
             material_index=np.array(slots, np.int64)[slot_index],
             name=obj.name,
         )
     return walk.meshes[key]
+
+
+def _texture_coordinates(
+    walk: _Walk, obj: Any, arrays: MeshArrays, slots: tuple[int, ...], slot_index: np.ndarray
+) -> np.ndarray | None:
+    """Coordinates of the mesh's active UV map, and where a material's images want others, those."""
+    result = arrays.uv
+    for slot, material in enumerate(slots):
+        source, here = walk.coordinates[material], slot_index == slot
+        if source is None or not here.any():
+            continue
+        wanted = corner_coordinates(obj.data, arrays, source)
+        if wanted is None:
+            which = f"UV map '{source.uv_map}'" if source.uv_map else "UV map"
+            name = walk.material_names[material]
+            walk.notes.append(
+                f"object '{obj.name}' has no {which}: the image of material '{name}' shows one colour there"
+            )
+            wanted = np.zeros((len(arrays.triangles), 3, 2))
+        if wanted is not result:
+            result = np.where(here[:, None, None], wanted, np.zeros_like(wanted) if result is None else result)
+    return result
 
 
 def _material(walk: _Walk, material: Any) -> int:
@@ -272,6 +296,7 @@ def _material(walk: _Walk, material: Any) -> int:
         if reading.is_invisible:
             walk.invisible.add(len(walk.materials))
         walk.materials.append(reading.material)
+        walk.coordinates.append(reading.coordinates)
         walk.material_names.append("(no material)" if material is None else material.name)
     return walk.material_index[key]
 

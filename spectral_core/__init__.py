@@ -62,7 +62,7 @@ from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, ga
 from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
 from .studies import contact_sheet, metamerism_map, relit_by
-from .texture_mixing import filtered, mixture, uplift_texture
+from .texture_mixing import filtered, mixture, uplift_texture, weighted_reflectance
 from .textured_reflectance import TexturedReflectance, require_plain
 from .textures import EXTENSIONS, INTERPOLATIONS, ImageTexture
 from .tracing import Camera, Geometry, Instance, Mesh
@@ -164,6 +164,7 @@ __all__ = [
     "uplift",
     "uplift_texture",
     "wavelength_grid",
+    "weighted_reflectance",
     "white_point",
     "write_image",
     "write_spectral_exr",

@@ -15,7 +15,7 @@ from .textured_reflectance import TexturedReflectance, common_wavelengths
 from .textures import ImageTexture
 from .validation import require_in_range
 
-__all__ = ["filtered", "mixture", "uplift_texture"]
+__all__ = ["filtered", "mixture", "uplift_texture", "weighted_reflectance"]
 
 Float64 = NDArray[np.float64]
 
@@ -92,31 +92,68 @@ def mixture(
     if isinstance(share, ImageTexture):
         return _masked(first, second, share, name)
     by = float(require_in_range("share", share, 0.0, 1.0))
-    a, b = _as_textured(first, "A").scaled(1.0 - by), _as_textured(second, "B").scaled(by)
-    spectra, names = list(a.spectra), list(a.part_names)
-    places = []  # where each spectrum of b goes; equal ones are shared
-    for spectrum, part in zip(b.spectra, b.part_names, strict=True):
-        if spectrum in spectra:
+    return weighted_reflectance([(1.0 - by, first), (by, second)], name)
+
+
+def weighted_reflectance(
+    parts: Sequence[tuple[float, Spectrum | TexturedReflectance]], name: str = ""
+) -> TexturedReflectance:
+    """Add reflectances, each times its weight.
+
+    Parameters
+    ----------
+    parts : sequence of tuple of (float, Spectrum or TexturedReflectance)
+        At least one; weights are not negative.
+    name : str, optional
+        Name of the result; by default the names of the parts.
+
+    Returns
+    -------
+    TexturedReflectance
+        The sum at every point and wavelength. Spectra and pictures that several parts share are in it once.
+
+    Raises
+    ------
+    InvalidParameterError
+        If there is no part, or a weight is negative.
+
+    References
+    ----------
+    Own design.
+    """
+    spectra: list[Spectrum] = []
+    names: list[str] = []
+    pictures: dict[ImageTexture, list[tuple[Float64, list[int]]]] = {}
+    everywhere: list[tuple[Float64, list[int]]] = []
+    for number, (weight, given) in enumerate(parts):
+        part = _as_textured(given, chr(ord("A") + number % 26)).scaled(weight)
+        places = []
+        for spectrum, part_name in zip(part.spectra, part.part_names, strict=True):
+            if spectrum not in spectra:
+                spectra.append(spectrum)
+                names.append(_unused(part_name, names))
             places.append(spectra.index(spectrum))
-            continue
-        places.append(len(spectra))
-        spectra.append(spectrum)
-        names.append(_unused(part, names))
-    moved = np.zeros((len(b.spectra), len(spectra)))
-    moved[np.arange(len(places)), places] = 1.0
-    padded = np.eye(len(a.spectra), len(spectra))
-    layers: dict[ImageTexture, Float64] = {}
-    for part_of, onto in ((a, padded), (b, moved)):
-        for texture, amounts in zip(part_of.textures, part_of.amounts, strict=True):
-            layers[texture] = layers.get(texture, 0.0) + amounts @ onto
+        everywhere.append((part.base, places))
+        for texture, amounts in zip(part.textures, part.amounts, strict=True):
+            pictures.setdefault(texture, []).append((amounts, places))
     return TexturedReflectance(
         spectra=tuple(spectra),
         part_names=tuple(names),
-        textures=tuple(layers),
-        amounts=tuple(layers.values()),
-        base=a.base @ padded + b.base @ moved,
-        name=name,
+        textures=tuple(pictures),
+        amounts=tuple(_spread(layers, len(spectra)) for layers in pictures.values()),
+        base=_spread(everywhere, len(spectra)),
+        name=name or " + ".join(dict.fromkeys(part.name for _, part in parts if part.name)),
     )
+
+
+def _spread(layers: Sequence[tuple[Float64, list[int]]], count: int) -> Float64:
+    """Sum of arrays whose last axes hold the columns that each names."""
+    shapes = [amounts.shape[:-1] for amounts, _ in layers]
+    total = np.zeros((*shapes[0], count) if shapes else count)
+    for amounts, places in layers:
+        for column, place in enumerate(places):  # a place may be named twice
+            total[..., place] += amounts[..., column]
+    return total
 
 
 def _masked(

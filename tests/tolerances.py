@@ -121,3 +121,7 @@ BLACKBODY_FITS = 0.02
 # The mean of a pattern over 4 m, by Cycles' 16 samples a pixel of a 32 x 32 picture and a few periods of the pattern,
 # against the mean of its distribution as far as a bell curve or a sine describes it.
 MEAN_OF_A_PATTERN = 0.05
+
+# A picture on a surface against Cycles: its 8-bit textures stay 8-bit until they are interpolated, and its bilinear
+# weights and coordinates are float32 with camera rays from within a hundredth of a pixel of the centre.
+IMAGE_AGAINST_CYCLES = 5e-3

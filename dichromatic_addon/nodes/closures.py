@@ -38,11 +38,26 @@ class Tint:
         Scene linear RGB of which the spectrum is the uplift.
     source : Origin, optional
         What was linked and can be linked to one of our nodes as it is.
+    texture : TexturedReflectance, optional
+        Where an image has to do with it: what varies over the surface, of which the spectrum is the average.
     """
 
     spectrum: Any
     colour: tuple[float, float, float] | None = None
     source: Origin | None = None
+    texture: Any = None
+
+    @classmethod
+    def of(cls, reflectance: Any, source: Origin | None = None) -> Tint:
+        """Make a tint of a plain or textured reflectance of the core."""
+        if isinstance(reflectance, core.TexturedReflectance):
+            return cls(reflectance.average(), source=source, texture=reflectance)
+        return cls(reflectance, source=source)
+
+    @property
+    def reflectance(self) -> Any:
+        """The texture where there is one, else the spectrum."""
+        return self.spectrum if self.texture is None else self.texture
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +210,8 @@ def lobe_of_finished(finished: Finished) -> Lobe:
     """Return the highlight of a material of ours, of any type, so that it can be mixed with others."""
     material = finished.material
     interface = material.reflectances[0]
+    if isinstance(material, core.TypeII):
+        interface = Tint.of(material.interface_reflectance).spectrum
     if isinstance(material, core.TypeIII):
         across = material.beta if material.beta_across is None else material.beta_across
         width_squared = max(material.beta * across, SMOOTHEST**4) / math.log(2.0)  # a^2

@@ -9,6 +9,7 @@ from .._core import core
 from ..spectrum_sources import uplifted
 from .closures import Tint
 from .foreign_shaders import ShaderReader
+from .images import Coordinates
 from .inputs import InputReader
 from .joining import Joined, join
 from .links import Origin
@@ -28,11 +29,14 @@ class ForeignReading:
         What was approximated, for the render statistics.
     is_invisible : bool
         Whether Cycles shows nothing of the surface: it is wholly transparent, or there is none around a volume.
+    coordinates : Coordinates or None
+        What its images are placed by; None without images.
     """
 
     joined: Joined
     notes: tuple[str, ...]
     is_invisible: bool = False
+    coordinates: Coordinates | None = None
 
 
 def read_viewport_colour(material: Any, reason: str, *, is_invisible: bool = False) -> ForeignReading:
@@ -100,4 +104,5 @@ def read_foreign_surface(material: Any, origin: Origin, reader: InputReader) -> 
     tints = [body.tint for body in parts.bodies] + [lobe.tint for lobe in parts.lobes]
     if any(tint.colour is not None for tint in tints):
         notes.insert(0, f"the colors of '{origin.node.name}' were uplifted to spectra")
-    return ForeignReading(joined, tuple(f"material '{material.name}': {note}" for note in notes))
+    told = tuple(f"material '{material.name}': {note}" for note in notes)
+    return ForeignReading(joined, told, coordinates=reader.coordinates)

@@ -13,6 +13,7 @@ from ..names import SPECTRUM_NODE, SPECTRUM_NODES, SURFACE_NODES
 from ..spectrum_sources import luminance, tinted_daylight, uplifted
 from .closures import Body, Finished, Glow, Parts, Tint, lobe_of_roughness
 from .colour_chains import ColourChains
+from .images import IMAGE_NODE
 from .inputs import InputReader
 from .links import Origin, origin_of
 from .surfaces import read_surface_node
@@ -83,8 +84,14 @@ class ShaderReader:
     def tint(self, node: Any, name: str, groups: tuple[Any, ...]) -> Tint:
         """Read a reflectance: a spectrum of our nodes, or a colour that is uplifted."""
         origin = origin_of(node.inputs[name], groups)
-        if origin is not None and origin.socket.is_output and origin.node.bl_idname in SPECTRUM_NODES:
-            return Tint(self.reader.spectrum(node, name, groups), source=origin)
+        if origin is not None and origin.socket.is_output:
+            if origin.node.bl_idname in SPECTRUM_NODES:
+                return Tint.of(self.reader.reflectance(node, name, groups), origin)
+            if origin.node.bl_idname == IMAGE_NODE:
+                try:
+                    return Tint.of(self.reader.reflectance(node, name, groups), origin)
+                except core.SceneError as error:
+                    self.parts.note(str(error))
         colour = self.colour(node, name, groups)
         red, green, blue = (max(part, 0.0) for part in colour)
         return Tint(uplifted((red, green, blue)), (red, green, blue))
@@ -271,7 +278,9 @@ def _reflectance(ior: float) -> float:
 
 def _dimmed(tint: Tint, factor: float) -> Tint:
     colour = None if tint.colour is None else tuple(part * factor for part in tint.colour)
-    return Tint(tint.spectrum.scaled(factor, name=tint.spectrum.name), colour)  # type: ignore[arg-type]
+    texture = None if tint.texture is None else tint.texture.scaled(factor)
+    scaled = tint.spectrum.scaled(factor, name=tint.spectrum.name)
+    return Tint(scaled, colour, texture=texture)  # type: ignore[arg-type]
 
 
 _SHADERS: dict[str, Callable[[ShaderReader, Any, tuple[Any, ...], float], None]] = {

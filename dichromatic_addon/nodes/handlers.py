@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
+from ..image_reading import forget
 from ..names import SPECTRUM_NODES, SURFACE_NODES
 from . import dielectric, metal, mix, spectrum
 from .groups import is_hidden_group, shared_group
@@ -34,6 +35,7 @@ def refresh_nodes(trees: list[Any]) -> None:
 @persistent
 def _after_load(*_: Any) -> None:
     """Rebuild hidden groups of an older version, and give nodes that have lost their group a new one."""
+    forget()
     for node_class in (*dielectric.CLASSES, *metal.CLASSES, *spectrum.CLASSES, *mix.CLASSES):
         recipe = node_class.recipe
         if any(
@@ -62,6 +64,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Take them out again."""
+    forget()
     for name, handler in HANDLERS:
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:

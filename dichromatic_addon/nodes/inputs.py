@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,12 @@ from .._core import core
 from ..names import SPECTRUM_NODE, SPECTRUM_NODES
 from ..spectrum_sources import uplifted
 from .evaluation import spectrum_of_node
+from .images import IMAGE_NODE, Coordinates, read_texture, texture_problem
 from .links import Origin, origin_of
 
-__all__ = ["InputReader"]
+__all__ = ["InputReader", "Reflectance"]
 
+Reflectance = core.Spectrum | core.TexturedReflectance
 
 DEEPEST_MIX = 16  # mixtures of mixtures; more is taken for a cycle
 
@@ -27,12 +29,18 @@ class InputReader:
     ----------
     material_name : str
         For the messages; empty to leave the material out of them.
+    pictures : str
+        How fresh the pixels of images must be, see ``image_reading.PICTURES``.
+    coordinates : Coordinates or None
+        What the images that were read are placed by; None while there were none.
     depth : int
         How deep in mixtures of mixtures the reading is.
     """
 
     material_name: str = ""
-    depth: int = 0
+    pictures: str = "read"
+    coordinates: Coordinates | None = field(default=None, init=False)
+    depth: int = field(default=0, init=False)
 
     def place(self, node: Any) -> str:
         """Say where a node is, for messages."""
@@ -68,7 +76,7 @@ class InputReader:
         return float(origin.socket.default_value)
 
     def spectrum(self, node: Any, name: str, groups: tuple[Any, ...] = ()) -> core.Spectrum:
-        """Read a spectrum: of a Spectrum node, or uplifted from a colour, or constant.
+        """Read an input that takes one spectrum for the whole surface.
 
         Parameters
         ----------
@@ -87,12 +95,43 @@ class InputReader:
         Raises
         ------
         SceneError
+            As :meth:`reflectance`, or if an image is linked.
+        """
+        found = self.reflectance(node, name, groups)
+        if isinstance(found, core.TexturedReflectance):
+            raise core.SceneError(
+                f"{name} of {self.place(node)}: the image '{found.name}' is linked, but one spectrum is needed here"
+            )
+        return found
+
+    def reflectance(self, node: Any, name: str, groups: tuple[Any, ...] = ()) -> Reflectance:
+        """Read a reflectance: of a Spectrum node, an image, uplifted from a colour, or constant.
+
+        Parameters
+        ----------
+        node : bpy.types.Node
+            The node.
+        name : str
+            The input's name.
+        groups : tuple of bpy.types.Node, optional
+            The group nodes around the node.
+
+        Returns
+        -------
+        Spectrum or TexturedReflectance
+            The latter where an image has to do with it.
+
+        Raises
+        ------
+        SceneError
             If the input is missing, linked to something that is no spectrum, or the spectrum itself is invalid.
         """
         origin = self._origin(node, name, groups)
         problem = self.spectrum_problem(origin)
         if origin is None or problem:
             raise core.SceneError(f"{name} of {self.place(node)}: {problem}")
+        if origin.socket.is_output and origin.node.bl_idname == IMAGE_NODE:
+            return core.uplift_texture(self._texture(node, name, origin, "colour"))
         if origin.socket.is_output and origin.node.bl_idname in SPECTRUM_NODES:
             if self.depth >= DEEPEST_MIX:
                 raise core.SceneError(f"{name} of {self.place(node)}: spectra are mixed in a cycle, or too deeply")
@@ -104,7 +143,20 @@ class InputReader:
                 self.depth -= 1
         return _own_value(origin.socket)
 
-    def of_spectrum_node(self, node: Any, groups: tuple[Any, ...] = ()) -> core.Spectrum:
+    def _texture(self, node: Any, name: str, origin: Origin, channel: str) -> core.ImageTexture:
+        try:
+            texture, coordinates = read_texture(origin, channel, self.pictures)
+        except core.DichromaticError as error:
+            raise core.SceneError(f"{name} of {self.place(node)}: {error}") from error
+        if self.coordinates not in (None, coordinates):
+            raise core.SceneError(
+                f"{name} of {self.place(node)}: the images of one material must use the same UV map, and the same "
+                "mapping where they use other coordinates"
+            )
+        self.coordinates = coordinates
+        return texture
+
+    def of_spectrum_node(self, node: Any, groups: tuple[Any, ...] = ()) -> Reflectance:
         """Read the spectrum of a Spectrum node, with what is linked to its inputs.
 
         Raises
@@ -115,32 +167,38 @@ class InputReader:
         try:
             scale = self.number(node, "Scale", groups)
             if node.source == "COLOR":
-                spectrum = self.spectrum(node, "Color", groups)
+                spectrum = self.reflectance(node, "Color", groups)
                 return spectrum if scale == 1.0 else spectrum.scaled(scale)
             return spectrum_of_node(node, scale)
         except core.DichromaticError as error:
             raise core.SceneError(f"Spectrum of {self.place(node)}: {error}") from error
 
-    def of_mix_node(self, node: Any, groups: tuple[Any, ...] = ()) -> core.Spectrum:
-        """Read the spectrum that a Mix Spectra node makes, at the samples of both and every nm from 360 to 830 nm.
+    def of_mix_node(self, node: Any, groups: tuple[Any, ...] = ()) -> Reflectance:
+        """Read what a Mix Spectra node makes; its factor may be an image, and then both spectra are plain.
 
         Raises
         ------
         SceneError
             If one of its inputs cannot be read; the message names the node, the input and the reason.
         """
-        factor = self.number(node, "Factor", groups)
-        first, second = self.spectrum(node, "A", groups), self.spectrum(node, "B", groups)
-        if first.is_constant and second.is_constant:
-            wavelengths = first.wavelengths_nm[:1]
-        else:
-            ends = (core.REFERENCE_WAVELENGTHS_NM, first.wavelengths_nm, second.wavelengths_nm)
-            wavelengths = np.unique(np.concatenate(ends))
-        # Lagrange's formula may pass a little below zero between samples.
-        a, b = np.maximum(first.at(wavelengths), 0.0), np.maximum(second.at(wavelengths), 0.0)
-        if node.operation == "MULTIPLY":
-            b = a * b
-        return core.Spectrum(wavelengths, (1.0 - factor) * a + factor * b, name=node.draw_label())
+        first, second = self.reflectance(node, "A", groups), self.reflectance(node, "B", groups)
+        name = node.draw_label()
+        try:
+            factor = self._factor(node, groups)
+            if node.operation == "MULTIPLY":
+                return _multiplied(first, second, factor, name)
+            return _mixed(first, second, factor, name)
+        except core.InvalidParameterError as error:
+            raise core.SceneError(f"{self.place(node)}: {error}") from error
+
+    def _factor(self, node: Any, groups: tuple[Any, ...]) -> float | core.ImageTexture:
+        origin = self._origin(node, "Factor", groups)
+        if origin is None or origin.is_unlinked or origin.node.bl_idname != IMAGE_NODE:
+            return self.number(node, "Factor", groups)
+        problem = texture_problem(origin)
+        if problem:
+            raise core.SceneError(f"Factor of {self.place(node)}: {problem}")
+        return self._texture(node, "Factor", origin, "alpha" if origin.socket.name == "Alpha" else "mask")
 
     def number_problem(self, origin: Origin | None) -> str:
         """Say why an origin gives no number; an empty string when it does."""
@@ -158,7 +216,17 @@ class InputReader:
             return "" if origin.socket.type in ("RGBA", "VALUE") else "a spectrum, a colour or a value is needed"
         if origin.node.bl_idname in SPECTRUM_NODES:
             return ""
-        return f"linked to '{origin.node.name}', which gives no spectrum; link a Spectrum, RGB or Value node"
+        if origin.node.bl_idname == IMAGE_NODE:
+            if origin.socket.type != "RGBA":
+                return f"linked to {origin.socket.name} of '{origin.node.name}', which is a number; link its Color"
+            return texture_problem(origin)
+        return f"linked to '{origin.node.name}', which gives no spectrum; link a Spectrum, Image Texture, RGB or Value"
+
+    def mask_problem(self, origin: Origin | None) -> str:
+        """Say why an origin gives neither a number nor a mask; an empty string when it does."""
+        if origin is not None and not origin.is_unlinked and origin.node.bl_idname == IMAGE_NODE:
+            return texture_problem(origin)
+        return self.number_problem(origin)
 
     def _origin(self, node: Any, name: str, groups: tuple[Any, ...]) -> Origin | None:
         socket = node.inputs.get(name)
@@ -174,3 +242,35 @@ def _own_value(socket: Any) -> core.Spectrum:
     if socket.type == "RGBA":
         return uplifted(value)
     return core.Spectrum.constant(float(value), name="constant")
+
+
+def _samples(spectra: tuple[core.Spectrum, ...]) -> Any:
+    """Wavelengths of all, and every nm from 360 to 830 nm; a row of values for each."""
+    if all(spectrum.is_constant for spectrum in spectra):
+        wavelengths = spectra[0].wavelengths_nm[:1]
+    else:
+        wavelengths = np.unique(np.concatenate([core.REFERENCE_WAVELENGTHS_NM, *(s.wavelengths_nm for s in spectra)]))
+    # Lagrange's formula may pass a little below zero between samples.
+    return wavelengths, [np.maximum(spectrum.at(wavelengths), 0.0) for spectrum in spectra]
+
+
+def _mixed(first: Reflectance, second: Reflectance, factor: float | core.ImageTexture, name: str) -> Reflectance:
+    if not isinstance(factor, float) or not (isinstance(first, core.Spectrum) and isinstance(second, core.Spectrum)):
+        return core.mixture(first, second, factor, name)
+    wavelengths, (a, b) = _samples((first, second))
+    return core.Spectrum(wavelengths, (1.0 - factor) * a + factor * b, name=name)
+
+
+def _multiplied(first: Reflectance, second: Reflectance, factor: float | core.ImageTexture, name: str) -> Reflectance:
+    """The first, with the second as a filter of the strength `factor` before it."""
+    if isinstance(first, core.TexturedReflectance) and isinstance(second, core.TexturedReflectance):
+        raise core.InvalidParameterError("an image cannot be multiplied by another; mix them instead")
+    if isinstance(second, core.TexturedReflectance):
+        return core.mixture(first, core.filtered(second, core.require_plain("A", first)), factor, name)
+    if not isinstance(first, core.TexturedReflectance):
+        wavelengths, (a, b) = _samples((first, second))
+        return _mixed(first, core.Spectrum(wavelengths, a * b, name=f"{first.name} x {second.name}"), factor, name)
+    if isinstance(factor, core.ImageTexture):
+        raise core.InvalidParameterError(f"the mask '{factor.name}' must act on plain spectra, but A is an image")
+    wavelengths, (b,) = _samples((second,))
+    return core.filtered(first, core.Spectrum(wavelengths, 1.0 - factor + factor * b, second.name), name)

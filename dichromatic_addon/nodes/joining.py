@@ -65,6 +65,8 @@ def weighted_sum(tints: Sequence[tuple[float, Tint]]) -> Tint:
     present = [(weight, tint) for weight, tint in tints if weight > 0.0]
     if len(present) == 1 and math.isclose(present[0][0], 1.0, abs_tol=NOTHING):
         return present[0][1]
+    if any(tint.texture is not None for _, tint in present):
+        return Tint.of(core.weighted_reflectance([(weight, tint.reflectance) for weight, tint in present]))
     colours = [tint.colour for _, tint in present]
     if all(colour is not None for colour in colours):
         weights = [weight for weight, _ in present]
@@ -103,13 +105,16 @@ def join(parts: Parts) -> Joined:
     others = [*parts.bodies, *parts.lobes]
     if len(parts.finished) == 1 and not others and math.isclose(parts.finished[0].weight, 1.0, abs_tol=NOTHING):
         material = parts.finished[0].material
-        return Joined(material, Tint(material.reflectances[-1]), None, glow)
+        body = material.reflectances[-1] if isinstance(material, core.TypeIII) else material.body_reflectance
+        return Joined(material, Tint.of(body), None, glow)
     bodies, lobes = list(parts.bodies), list(parts.lobes)
     for finished in parts.finished:
         lobes.append(lobe_of_finished(finished))
         if not isinstance(finished.material, core.TypeIII):
-            bodies.append(Body(finished.weight, Tint(finished.material.reflectances[1])))
+            bodies.append(Body(finished.weight, Tint.of(finished.material.body_reflectance)))
     lobes = [lobe for lobe in lobes if lobe.weight * lobe.tint.spectrum.values.max() > NOTHING]
+    if any(lobe.tint.texture is not None for lobe in lobes):
+        parts.note("the image of a highlight is not rendered: the mean of its colors is used")
     lobe, broad = _one_lobe(lobes, parts)
     body = weighted_sum([(part.weight, part.tint) for part in (*bodies, *broad)])
     if lobe is not None and lobe.is_metal and not body.spectrum.values.max() > NOTHING:
@@ -162,15 +167,15 @@ def _metal(lobe: Lobe) -> core.TypeIII:
 
 def _dielectric(body: Tint, lobe: Lobe | None) -> core.TypeI | core.TypeII:
     if lobe is None:
-        return core.TypeI(body_reflectance=body.spectrum, interface_reflectance=0.0, attenuation="cosine", n=1.0)
+        return core.TypeI(body_reflectance=body.reflectance, interface_reflectance=0.0, attenuation="cosine", n=1.0)
     reflectance = lobe.tint.spectrum
     scale = lobe.weight * lobe.sharpness
     mirror = min(lobe.weight * lobe.mirror, 1.0)
     if reflectance.is_constant and float(reflectance.values[0]) * scale <= LARGEST_NEUTRAL:
         level = float(reflectance.values[0]) * scale
-        return core.TypeI(body.spectrum, level, lobe.attenuation, lobe.n, mirror=mirror)
+        return core.TypeI(body.reflectance, level, lobe.attenuation, lobe.n, mirror=mirror)
     interface = reflectance.scaled(scale, name=reflectance.name)
-    return core.TypeII(body.spectrum, interface, lobe.attenuation, lobe.n, mirror=mirror)
+    return core.TypeII(body.reflectance, interface, lobe.attenuation, lobe.n, mirror=mirror)
 
 
 def _one_glow(parts: Parts) -> Glow | None:

@@ -7,11 +7,12 @@ from typing import Any
 
 from .._core import core
 from ..compat import node_tree_of
-from ..names import METAL_NODE, SPECTRUM_NODE, SURFACE_NODES
+from ..names import METAL_NODE, SPECTRUM_MIX_NODE, SPECTRUM_NODE, SURFACE_NODES
 from ..spectrum_store import stored_problem
 from .closures import Glow
 from .curve import curve_problem
 from .fallback import ForeignReading, read_foreign_surface, read_viewport_colour
+from .images import Coordinates
 from .imported import record_problem, spectrum_problem
 from .inputs import InputReader
 from .links import Origin, origin_of
@@ -37,21 +38,26 @@ class MaterialReading:
         The light that the surface gives.
     is_invisible : bool
         Whether nothing is to be seen of a surface with this material.
+    coordinates : Coordinates or None
+        What the material's images are placed by; None without images.
     """
 
     material: core.Material
     notes: tuple[str, ...] = ()
     glow: Glow | None = None
     is_invisible: bool = False
+    coordinates: Coordinates | None = None
 
 
-def read_material(material: Any) -> MaterialReading:
+def read_material(material: Any, pictures: str = "read") -> MaterialReading:
     """Read a Blender material.
 
     Parameters
     ----------
     material : bpy.types.Material or None
         Original or evaluated; None stands for an empty material slot.
+    pictures : str
+        How fresh the pixels of its images must be, see ``image_reading.PICTURES``.
 
     Returns
     -------
@@ -72,8 +78,9 @@ def read_material(material: Any) -> MaterialReading:
         return _of_foreign(read_viewport_colour(material, "it has no nodes"))
     origin = surface_origin(tree)
     if origin is not None and not origin.is_unlinked and origin.node.bl_idname in SURFACE_NODES:
-        return MaterialReading(read_surface_node(origin, InputReader(material.name)))
-    return _of_foreign(read_foreign(material))
+        reader = InputReader(material.name, pictures)
+        return MaterialReading(read_surface_node(origin, reader), coordinates=reader.coordinates)
+    return _of_foreign(read_foreign(material, pictures))
 
 
 def is_ours(material: Any) -> bool:
@@ -113,13 +120,15 @@ def _added_kinds(origin: Origin | None, depth: int = 0) -> list[str]:
     return [kind for item in origin.node.inputs for kind in _added_kinds(origin_of(item, origin.groups), depth + 1)]
 
 
-def read_foreign(material: Any) -> ForeignReading:
+def read_foreign(material: Any, pictures: str = "read") -> ForeignReading:
     """Read a material whose Surface is not simply one of our nodes, with the parts that a conversion needs.
 
     Parameters
     ----------
     material : bpy.types.Material
         With a node tree.
+    pictures : str
+        As for :func:`read_material`.
 
     Returns
     -------
@@ -138,11 +147,11 @@ def read_foreign(material: Any) -> ForeignReading:
         if output is not None and output.inputs["Volume"].is_linked:
             return read_viewport_colour(material, "a volume is not rendered: left out", is_invisible=True)
         return read_viewport_colour(material, "nothing is linked to its Surface output")
-    return read_foreign_surface(material, origin, InputReader(material.name))
+    return read_foreign_surface(material, origin, InputReader(material.name, pictures))
 
 
 def _of_foreign(read: ForeignReading) -> MaterialReading:
-    return MaterialReading(read.joined.material, read.notes, read.joined.glow, read.is_invisible)
+    return MaterialReading(read.joined.material, read.notes, read.joined.glow, read.is_invisible, read.coordinates)
 
 
 def surface_origin(tree: Any) -> Origin | None:
@@ -198,6 +207,8 @@ def link_problems(node: Any) -> list[str]:
         if origin is not None and origin.node.type == "GROUP_INPUT":
             continue
         judge = reader.spectrum_problem if socket.type == "RGBA" else reader.number_problem
+        if node.bl_idname == SPECTRUM_MIX_NODE and socket.name == "Factor":
+            judge = reader.mask_problem
         problem = judge(origin)
         if problem:
             problems.append(f"{socket.name}: {problem}")

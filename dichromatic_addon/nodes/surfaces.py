@@ -37,7 +37,7 @@ def read_surface_node(origin: Origin, reader: InputReader) -> core.Material:
     try:
         if node.bl_idname == PLASTIC_NODE:
             return core.TypeI(
-                body_reflectance=reader.spectrum(node, "Body Reflectance", groups),
+                body_reflectance=reader.reflectance(node, "Body Reflectance", groups),
                 interface_reflectance=reader.number(node, "Interface Reflectance", groups),
                 attenuation=node.attenuation,
                 n=reader.number(node, "n", groups),
@@ -46,8 +46,8 @@ def read_surface_node(origin: Origin, reader: InputReader) -> core.Material:
             )
         if node.bl_idname == CLOTH_NODE:
             return core.TypeII(
-                body_reflectance=reader.spectrum(node, "Body Reflectance", groups),
-                interface_reflectance=reader.spectrum(node, "Interface Reflectance", groups),
+                body_reflectance=reader.reflectance(node, "Body Reflectance", groups),
+                interface_reflectance=reader.reflectance(node, "Interface Reflectance", groups),
                 attenuation=node.attenuation,
                 n=reader.number(node, "n", groups),
                 mirror=reader.number(node, "Mirror", groups),
