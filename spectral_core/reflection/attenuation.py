@@ -26,17 +26,28 @@ MAX_EXPONENT = 1.0e8
 """Largest n; the lobe is then 1e-4 rad wide (1e-8 rad for the exponential law), finer than float32 vectors resolve."""
 
 
+BARELY_ABOVE = -1.0 + 2.0**-53
+"""The smallest cosine above zero that 1 - cos can tell, less 1."""
+
+
 def _cosine_power(n: float, half_chord_squared: Float64) -> Float64:
     """(cos rho)^n from 1 - cos rho; zero where the cosine is not positive."""
     below = half_chord_squared < 1.0
     # log1p keeps what pow(cos, n) loses: at n = 1e8 the lobe lives where cos rho rounds to 1.
-    logarithm = np.log1p(-np.where(below, half_chord_squared, 0.0))
-    return np.where(below, np.exp(n * logarithm), 0.0)
+    power = np.asarray(np.negative(half_chord_squared))
+    np.maximum(power, BARELY_ABOVE, out=power)
+    np.log1p(power, out=power)
+    power *= n
+    np.exp(power, out=power)
+    power *= below
+    return power
 
 
-def _of_lengths(kind: str, n: float, apart_squared: Float64, along_squared: Float64) -> Float64:
-    rho = 2.0 * np.arctan2(np.sqrt(apart_squared), np.sqrt(along_squared))
-    return np.asarray(np.exp(-n * rho if kind == "exponential" else -n * (rho * rho)))
+def _of_angle(kind: str, n: float, rho: Float64) -> Float64:
+    """The exponential and Gaussian laws at angles that are not negative."""
+    power = np.asarray(rho * rho if kind == "gaussian" else rho + 0.0)
+    power *= -n
+    return np.asarray(np.exp(power, out=power))
 
 
 def attenuation_of_geometry(kind: str, n: float, geometry: ReflectionGeometry) -> Float64:
@@ -65,8 +76,10 @@ def attenuation_of_geometry(kind: str, n: float, geometry: ReflectionGeometry) -
     Tominaga 1996, text before Eq. 8.
     """
     if kind == "cosine":
-        return _cosine_power(n, 0.5 * geometry.mirror_chord_squared())
-    return _of_lengths(kind, n, geometry.mirror_chord_squared(), geometry.mirror_sum_squared())
+        chord_squared = geometry.mirror_chord_squared()
+        chord_squared *= 0.5
+        return _cosine_power(n, chord_squared)
+    return _of_angle(kind, n, geometry.mirror_angle())
 
 
 def attenuation_at_angle(kind: str, n: float, rho: ArrayLike) -> NDArray[Any]:
@@ -100,7 +113,7 @@ def attenuation_at_angle(kind: str, n: float, rho: ArrayLike) -> NDArray[Any]:
     angle = np.abs(within("rho", rho, -np.pi, np.pi))
     if kind == "cosine":
         return _cosine_power(n, 2.0 * np.square(np.sin(0.5 * angle)))
-    return np.asarray(np.exp(-n * angle if kind == "exponential" else -n * np.square(angle)))
+    return _of_angle(kind, n, angle)
 
 
 def attenuation(kind: str, n: float, mirror: ArrayLike, to_viewer: ArrayLike) -> NDArray[Any]:
@@ -136,4 +149,5 @@ def attenuation(kind: str, n: float, mirror: ArrayLike, to_viewer: ArrayLike) ->
     apart = chord_squared(r, v)
     if kind == "cosine":
         return _cosine_power(n, 0.5 * apart).astype(result_type)
-    return _of_lengths(kind, n, apart, chord_squared(r, -v)).astype(result_type)
+    rho = 2.0 * np.arctan2(np.sqrt(apart), np.sqrt(chord_squared(r, -v)))
+    return _of_angle(kind, n, rho).astype(result_type)

@@ -285,7 +285,7 @@ class Rays:
         spread = [np.broadcast_to(a, (rows, 3)) for a in arrays]
         self._normal, self._light, self._viewer = spread[:3]
         self._tangent = spread[3] if tangent is not None else None
-        self.result: NDArray[Any] = np.zeros((rows, components), dtype=floating_type(*arrays[:3]))
+        self.result: NDArray[Any] = np.zeros((rows, components), dtype=floating_type(*arrays[:3]), order="F")
 
     def blocks(self) -> Iterator[tuple[slice, ReflectionGeometry]]:
         return geometry_blocks(self._normal, self._light, self._viewer)

@@ -261,20 +261,23 @@ class TypeIII(Material):
         out = rays.result
         limit = float(np.finfo(out.dtype).max) / 256.0
         for block, geometry in rays.blocks():
+            bisector = geometry.bisector()
             if anisotropic and self.beta_across is not None:
-                facets = elliptic_distribution(geometry, rays.tangent(block), self.beta, self.beta_across)
+                tangent_of = rays.tangent(block)
+                facets = elliptic_distribution(geometry.normal, bisector, tangent_of, self.beta, self.beta_across)
             else:
-                facets = distribution_of_tilt(geometry.facet_tilt(), self.beta)
-            facets *= geometry_over_cosine(geometry)
+                facets = distribution_of_tilt(bisector.facet_tilt(), self.beta)
+            facets *= geometry_over_cosine(bisector)
             facets *= self._scale
             np.minimum(facets, limit, out=facets)
             if self.incidence == "facet":
-                cosine = geometry.facet_cosine()
+                cosine = bisector.facet_cosine()
             else:
                 cosine = np.clip(geometry.normal_light, 0.0, 1.0)
-            weight = self.mean_reflectance.weight_of_checked(cosine)
+            coloured = self.mean_reflectance.weight_of_checked(cosine)
+            coloured *= facets
+            facets -= coloured
             visible = geometry.visible
-            coloured = facets * weight
             np.copyto(out[block, 0], coloured, where=visible, casting="same_kind")
-            np.copyto(out[block, 1], facets - coloured, where=visible, casting="same_kind")
+            np.copyto(out[block, 1], facets, where=visible, casting="same_kind")
         return out

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidParameterError
 from ..validation import require_finite, require_in_range
 from .angles import within
-from .geometry import ReflectionGeometry
+from .geometry import Bisector
 
 __all__ = [
     "attenuation_over_cosine",
@@ -27,8 +27,8 @@ LARGEST = float(np.finfo(np.float64).max) / 256.0
 COMMON = 2.0**100
 
 
-def _gaussian(ratio_squared: Float64) -> Float64:
-    return np.asarray(np.exp(-np.log(2.0) * ratio_squared))
+SMALLEST = 5.0e-324
+"""The smallest number above 0: a divisor where it does not matter what the quotient is."""
 
 
 def facet_distribution(alpha: ArrayLike, beta: float) -> NDArray[Any]:
@@ -65,7 +65,10 @@ def distribution_of_tilt(tilt: Float64, beta: float) -> Float64:
     if beta == 0.0:
         return np.asarray(tilt == 0.0, dtype=np.float64)
     with np.errstate(over="ignore"):  # alpha / beta and its square may pass the largest float: D is then 0
-        return _gaussian(np.square(tilt / beta))
+        power = np.asarray(tilt / beta)
+        power *= power
+    power *= -np.log(2.0)
+    return np.asarray(np.exp(power, out=power))
 
 
 def elliptic_facet_distribution(
@@ -107,25 +110,24 @@ def elliptic_facet_distribution(
     return np.asarray(distribution_of_tilt(along, beta) * distribution_of_tilt(across, beta_across))
 
 
-def elliptic_distribution(geometry: ReflectionGeometry, tangent: Float64, beta: float, beta_across: float) -> Float64:
-    """D for a block of rays and tangents (3, B); where a tangent is useless (parallel to N) a fixed one replaces it."""
-    n = geometry.normal
+def elliptic_distribution(n: Float64, bisector: Bisector, tangent: Float64, beta: float, beta_across: float) -> Float64:
+    """D for normals and tangents (3, B); where a tangent is useless (parallel to N) a fixed one replaces it."""
     t = tangent - (tangent[0] * n[0] + tangent[1] * n[1] + tangent[2] * n[2]) * n
-    squared = t[0] ** 2 + t[1] ** 2 + t[2] ** 2
+    squared = t[0] * t[0] + t[1] * t[1] + t[2] * t[2]
     useless = np.flatnonzero(squared < 1.0e-12)
     if useless.size:
         # Cross product of N with the axis it is farthest from: perpendicular, and never short.
         axis = np.argmin(np.abs(n[:, useless]), axis=0)
         t[:, useless] = np.cross(np.eye(3)[axis], n[:, useless].T).T
         squared[useless] = (t[:, useless] ** 2).sum(axis=0)
-    s = geometry.tangential
+    s = bisector.tangential
     length = np.sqrt(squared)
     along = (s[0] * t[0] + s[1] * t[1] + s[2] * t[2]) / length
     across = (
         s[0] * (n[1] * t[2] - n[2] * t[1]) + s[1] * (n[2] * t[0] - n[0] * t[2]) + s[2] * (n[0] * t[1] - n[1] * t[0])
     ) / length
-    sine = np.hypot(along, across)
-    scale = geometry.facet_tilt() / np.where(sine > 0.0, sine, 1.0)
+    scale = bisector.facet_tilt()
+    scale /= np.maximum(np.sqrt(bisector.tangential_squared), SMALLEST)
     return np.asarray(distribution_of_tilt(along * scale, beta) * distribution_of_tilt(across * scale, beta_across))
 
 
@@ -207,24 +209,26 @@ def attenuation_over_cosine(
 
 
 def over_cosine(light: Float64, viewer: Float64, squared: Float64) -> Float64:
-    """G / (N.V) for checked, positive cosines; 0 where N.L is not positive or |L + V| is 0."""
-    higher = np.maximum(light, viewer)
-    lower = np.minimum(light, viewer)
-    ratio = 1.0 + lower / np.where(higher > 0.0, higher, 1.0)
+    """G / (N.V) for checked cosines that are not negative; 0 where N.L is 0."""
+    ratio = np.asarray(np.minimum(light, viewer))
+    ratio /= np.maximum(np.maximum(light, viewer), SMALLEST)
+    ratio += 1.0
     # r lies between 1 and 2, so no product loses a small cosine; the common factor keeps denormal ones exact.
-    numerator = (4.0 * COMMON) * light * ratio
-    denominator = np.maximum(numerator * viewer, COMMON * squared)
-    alive = (light > 0.0) & (denominator > 0.0)
+    ratio *= 4.0 * COMMON
+    ratio *= light
+    denominator = np.asarray(ratio * viewer)
+    np.maximum(denominator, COMMON * squared, out=denominator)
+    np.maximum(denominator, SMALLEST, out=denominator)  # 0 only where the numerator is
     with np.errstate(over="ignore"):  # a denormal denominator: the quotient saturates
-        value = numerator / np.where(alive, denominator, 1.0)
-    return np.where(alive, np.minimum(value, LARGEST), 0.0)
+        ratio /= denominator
+    return np.asarray(np.minimum(ratio, LARGEST, out=ratio))
 
 
-def geometry_over_cosine(geometry: ReflectionGeometry) -> Float64:
+def geometry_over_cosine(bisector: Bisector) -> Float64:
     """G / (N.V) for a block of rays; rows below the horizon give numbers without meaning."""
-    light, viewer = geometry.scaled_cosines()
-    value = over_cosine(light, viewer, geometry.bisector_squared)
-    if geometry.exponent is not None:
+    light, viewer = np.maximum(bisector.normal_light, 0.0), np.maximum(bisector.normal_viewer, 0.0)
+    value = over_cosine(light, viewer, bisector.squared)
+    if bisector.exponent is not None:
         with np.errstate(over="ignore"):  # the scale is put back: the true value may pass the largest float
-            value = np.minimum(np.ldexp(value, geometry.exponent), LARGEST)
+            value = np.minimum(np.ldexp(value, bisector.exponent), LARGEST)
     return value

@@ -58,8 +58,8 @@ class UniformTable:
         position = x * cube.size
         index = np.minimum(position.astype(np.intp), cube.size - 1)
         u = position - index
-        value = cube[index]
+        value = cube.take(index)
         for row in (square, linear, constant):
             value *= u
-            value += row[index]
+            value += row.take(index)
         return np.asarray(value)
