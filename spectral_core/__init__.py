@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from . import fitting
 from .atomic_files import replacing
+from .buffers import BUFFERS, SurfaceBuffers
 from .colorimetry import (
     ADAPTATIONS,
     GRID_PRESETS,
@@ -45,7 +46,7 @@ from .library import (
     source_of,
 )
 from .light_groups import LIGHT_COMPONENTS, LightPart, split_light
-from .lights import PointLight, SpotLight, SunLight
+from .lights import AREA_SHAPES, AreaLight, EnvironmentImage, PointLight, SpotLight, SunLight
 from .plan import make_plan
 from .probe import PixelProbe, probe_pixel
 from .reflection.attenuation import ATTENUATIONS
@@ -53,10 +54,10 @@ from .reflection.energy import energy_warnings
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .reflection.mirror import MIRROR
 from .render_file import open_render, save_render
-from .renderer import Render, render, render_bands
+from .renderer import Band, Render, render, render_bands
 from .resampling import resample
 from .rgb_uplift import uplift
-from .scene import RenderSettings, Scene, World
+from .scene import Emission, RenderSettings, Scene, World
 from .scene_spectra import SceneSpectra, slots_of_material
 from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
 from .spectral_exr import write_spectral_exr
@@ -67,12 +68,15 @@ from .textured_reflectance import TexturedReflectance, require_plain
 from .textures import EXTENSIONS, INTERPOLATIONS, ImageTexture
 from .tracing import Camera, Geometry, Instance, Mesh
 from .tradeoff import QUALITIES, Measurement, Tradeoff, measure_tradeoff, quality_settings
+from .visibility import Acceleration
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ADAPTATIONS",
+    "AREA_SHAPES",
     "ATTENUATIONS",
+    "BUFFERS",
     "DISPLAYS",
     "EXTENSIONS",
     "GAMUT_METHODS",
@@ -85,10 +89,15 @@ __all__ = [
     "QUALITIES",
     "REFERENCE_WAVELENGTHS_NM",
     "SRGB_WHITE",
+    "Acceleration",
+    "AreaLight",
+    "Band",
     "Camera",
     "Development",
     "DichromaticError",
     "Display",
+    "Emission",
+    "EnvironmentImage",
     "FittingError",
     "Geometry",
     "ImageTexture",
@@ -111,6 +120,7 @@ __all__ = [
     "SpectrumFileError",
     "SpotLight",
     "SunLight",
+    "SurfaceBuffers",
     "TexturedReflectance",
     "Tradeoff",
     "TypeI",

@@ -10,14 +10,16 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from .lights import SpotLight
+from .lights import AreaLight, EmittingMesh, EnvironmentLight, Light, LightSource, SpotLight
 from .reflection.materials import Material, TypeI, TypeIII
 from .reflection.mirror import mirror_reflectances
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term, slots_of_material
 from .tracing.geometry import Geometry, bounding_sphere
 
-__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "make_plan"]
+__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "SourcePlan", "light_sources", "make_plan"]
+
+ENVIRONMENT_POINTS = 4  # directions of the surroundings that a sample takes; they are much larger than a lamp
 
 
 MAX_CHAINS = 1024  # lists of terms, each a block of the film, that one depth of mirroring may add
@@ -43,6 +45,34 @@ class RenderPass:
 
 
 @dataclass(frozen=True, slots=True)
+class SourcePlan:
+    """A source of light that surfaces receive.
+
+    Attributes
+    ----------
+    kind : str
+        "light", "world" or "emission".
+    index : int
+        Of the light in the scene, or of the material that emits; 0 for the world.
+    emitter : int
+        Whose spectrum it sends.
+    filters : tuple of tuple of int
+        Slots that its spectrum is multiplied by, one list for each primary of an image; ((),) where there is none.
+    points : int
+        Points of it that a sample takes.
+    is_extended : bool
+        Whether it has a size.
+    """
+
+    kind: str
+    index: int
+    emitter: int
+    filters: tuple[tuple[int, ...], ...] = ((),)
+    points: int = 1
+    is_extended: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class MaterialPlan:
     """How light from one material enters the film.
 
@@ -51,14 +81,18 @@ class MaterialPlan:
     index : int
         The material's index in the scene.
     terms : tuple of Term
-        For each light of ``RenderPlan.lights`` in turn, one term per component of the material.
+        For each source of ``RenderPlan.sources`` and each of its filters in turn, one term per component of the
+        material.
     mirror_slots : tuple of int or None
         Slots that a mirror bounce multiplies by, None for the constant 1; empty when the material does not mirror.
+    emission : Term or None
+        What the material sends out by itself.
     """
 
     index: int
     terms: tuple[Term, ...]
     mirror_slots: tuple[int | None, ...] = ()
+    emission: Term | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +101,12 @@ class RenderPlan:
 
     Attributes
     ----------
-    lights : tuple of int
-        Indices of the lights that can contribute.
+    sources : tuple of SourcePlan
+        What can light surfaces: the scene's lights in their order, the world, and materials that emit.
     materials : tuple of MaterialPlan or None
         By material index; None for a material that no triangle uses.
-    background : Term or None
-        The world's term, when it is seen and not black.
+    background : tuple of Term
+        The world's terms, when it is seen and not black: one, or one for each primary of its image.
     passes : tuple of RenderPass
         Work that is done or left out, with reasons.
     monomials : tuple of tuple of int
@@ -86,9 +120,9 @@ class RenderPlan:
         Products of spectra that are integrated, after equal ones are merged.
     """
 
-    lights: tuple[int, ...]
+    sources: tuple[SourcePlan, ...]
     materials: tuple[MaterialPlan | None, ...]
-    background: Term | None
+    background: tuple[Term, ...]
     passes: tuple[RenderPass, ...]
     monomials: tuple[tuple[int, ...], ...] = ((),)
     exact_depth: int = 0
@@ -96,11 +130,21 @@ class RenderPlan:
     distinct_products: int = 0
 
     @property
+    def lights(self) -> tuple[int, ...]:
+        """Indices of the scene's lights that can contribute."""
+        return tuple(source.index for source in self.sources if source.kind == "light")
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether a source of light takes many points."""
+        return any(source.is_extended for source in self.sources)
+
+    @property
     def direct_terms(self) -> tuple[Term, ...]:
         """Terms of the light that meets no mirror, sorted."""
         found = {term for plan in self.materials if plan is not None for term in plan.terms}
-        if self.background is not None:
-            found.add(self.background)
+        found.update(plan.emission for plan in self.materials if plan is not None and plan.emission is not None)
+        found.update(self.background)
         return tuple(sorted(found))
 
     def describe(self) -> str:
@@ -161,18 +205,25 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
         return bounding_sphere(scene.instances) if geometry is None else (geometry.centre, geometry.radius)
 
     passes: list[RenderPass] = []
-    lights = []
+    sources: list[SourcePlan] = []
     for index, light in enumerate(scene.lights):
         step = f"shadow rays and shading for light '{light.name}'"
         if light.strength == 0.0:
             passes.append(RenderPass(step, False, "its strength is 0"))
         elif not scene.instances:
             passes.append(RenderPass(step, False, "the scene has no surface"))
-        elif isinstance(light, SpotLight) and _misses(light, *sphere()):
-            passes.append(RenderPass(step, False, "its cone misses the whole scene"))
+        elif _misses(light, *sphere()):
+            passes.append(RenderPass(step, False, "it shines past the whole scene"))
         else:
-            lights.append(index)
-            passes.append(RenderPass(step, True, f"lit by {light.illuminant.name or 'an unnamed illuminant'}"))
+            sources.append(SourcePlan("light", index, index, is_extended=light.is_extended))
+            shadow = ("soft shadows" if light.is_extended else "hard shadows") if light.casts_shadow else "no shadows"
+            passes.append(
+                RenderPass(step, True, f"lit by {light.illuminant.name or 'an unnamed illuminant'}, {shadow}")
+            )
+    image_slots = tuple((len(spectra.slots) - 3 + k,) for k in range(3)) if scene.world.image is not None else ((),)
+    sources += _world_source(scene, image_slots, passes)
+    emissive = _emitting_materials(scene, used)
+    sources += _emission_sources(scene, emissive, passes)
     materials: list[MaterialPlan | None] = []
     slot = 0
     for index, (name, material) in enumerate(zip(scene.material_names, scene.materials, strict=True)):
@@ -183,21 +234,28 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
             passes.append(RenderPass(f"material '{name}'", False, "no triangle uses it"))
             continue
         known = {s: None if spectra.slots[s].is_unit else s for s in slots}
-        terms = tuple(Term(light, () if s is None else (s,)) for light in lights for s in known.values())
+        terms = tuple(
+            Term(source.emitter, tuple(sorted(chosen if s is None else (*chosen, s))))
+            for source in sources
+            for chosen in source.filters
+            for s in known.values()
+        )
         mirror = _mirror_slots(material, slots, slot - 1) if settings.max_bounces else ()
-        materials.append(MaterialPlan(index, terms, mirror))
+        emission = Term(emissive[index]) if index in emissive else None
+        materials.append(MaterialPlan(index, terms, mirror, emission))
     world = scene.world
+    background: tuple[Term, ...] = ()
     if world.strength > 0.0:
-        background = Term(len(scene.lights))
+        background = tuple(Term(len(scene.lights), chosen) for chosen in image_slots)
         passes.append(RenderPass("background", True, f"world '{world.name}' has strength {world.strength:g}"))
     else:
-        background = None
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
+    passes.append(_lens_pass(scene))
     passes.append(_texture_pass(scene, materials))
     passes.append(_spectral_pass(settings))
     depth, monomials = _chains(settings, materials)
     passes.append(_mirror_pass(scene, settings, materials, depth))
-    plan = RenderPlan(tuple(lights), tuple(materials), background, tuple(passes), monomials, depth)
+    plan = RenderPlan(tuple(sources), tuple(materials), background, tuple(passes), monomials, depth)
     terms = _multiplied(plan.direct_terms, monomials)
     return replace(plan, terms=terms, distinct_products=spectra.distinct_products(terms))
 
@@ -208,14 +266,110 @@ def _multiplied(terms: Sequence[Term], monomials: Sequence[tuple[int, ...]]) -> 
     return tuple(sorted(products))
 
 
-def _misses(light: SpotLight, centre: NDArray[np.float64], radius: float) -> bool:
-    """Whether a spot light's cone does not touch the sphere around the scene."""
+def _misses(light: Light, centre: NDArray[np.float64], radius: float) -> bool:
+    """Whether what a light shines into does not touch the sphere around the scene."""
+    if isinstance(light, SpotLight):
+        half, extent = 0.5 * light.spot_size, light.radius
+    elif isinstance(light, AreaLight):
+        half, extent = 0.5 * light.spread, float(np.linalg.norm(light.axis_x) + np.linalg.norm(light.axis_y))
+    else:
+        return False
     offset = centre - light.position
     distance = float(np.linalg.norm(offset))
-    if distance <= radius:
+    # From any point of the light the scene looks as from its centre, but for the light's own size.
+    if distance <= radius + extent:
         return False
     cosine = float(np.clip(offset @ light.direction / distance, -1.0, 1.0))
-    return math.acos(cosine) - math.asin(radius / distance) > 0.5 * light.spot_size + 1e-6
+    return math.acos(cosine) - math.asin((radius + extent) / distance) > half + 1e-6
+
+
+def _world_source(
+    scene: Scene, filters: tuple[tuple[int, ...], ...], passes: list[RenderPass]
+) -> tuple[SourcePlan, ...]:
+    """The world as a source of light, where it is one."""
+    world, step = scene.world, "light from the world"
+    if world.strength == 0.0:
+        return ()
+    if not world.lights_surfaces:
+        passes.append(RenderPass(step, False, f"world '{world.name}' is only looked at"))
+        return ()
+    if not scene.instances:
+        passes.append(RenderPass(step, False, "the scene has no surface"))
+        return ()
+    passes.append(RenderPass(step, True, f"world '{world.name}', {ENVIRONMENT_POINTS} directions a sample"))
+    return (SourcePlan("world", 0, len(scene.lights), filters, ENVIRONMENT_POINTS, True),)
+
+
+def _emitting_materials(scene: Scene, used: set[int]) -> dict[int, int]:
+    """Emitter of each used material that emits."""
+    emitter, found = len(scene.lights) + 1, {}
+    for index, emission in enumerate(scene.emissions):
+        if emission is None:
+            continue
+        if index in used and emission.strength > 0.0:
+            found[index] = emitter
+        emitter += 1
+    return found
+
+
+def _emission_sources(scene: Scene, emissive: dict[int, int], passes: list[RenderPass]) -> list[SourcePlan]:
+    sources = []
+    for index, emitter in emissive.items():
+        emission = scene.emissions[index]
+        assert emission is not None
+        step = f"light from the surfaces of material '{scene.material_names[index]}'"
+        if emission.lights_surfaces:
+            sources.append(SourcePlan("emission", index, emitter, is_extended=True))
+            passes.append(RenderPass(step, True, f"they emit {emission.illuminant.name or 'an unnamed illuminant'}"))
+        else:
+            passes.append(RenderPass(step, False, "it is only looked at"))
+    return sources
+
+
+def light_sources(plan: RenderPlan, scene: Scene, geometry: Geometry) -> tuple[LightSource, ...]:
+    """Make the sources of light that a plan lists.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+        Of the scene.
+    scene : Scene
+        The scene.
+    geometry : Geometry
+        Its triangles.
+
+    Returns
+    -------
+    tuple of LightSource
+        One for each of ``plan.sources``.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+    made: list[LightSource] = []
+    for source in plan.sources:
+        if source.kind == "light":
+            made.append(scene.lights[source.index])
+        elif source.kind == "world":
+            made.append(EnvironmentLight(scene.world.image, scene.world.name))
+        else:
+            emission = scene.emissions[source.index]
+            assert emission is not None
+            triangles = np.flatnonzero(geometry.material_index == source.index)
+            made.append(EmittingMesh(geometry, triangles, emission.name))
+    return tuple(made)
+
+
+def _lens_pass(scene: Scene) -> RenderPass:
+    camera, step = scene.camera, "depth of field"
+    if camera is None or not camera.has_lens:
+        return RenderPass(step, False, "the camera is a pinhole")
+    return RenderPass(step, True, f"a lens of radius {camera.lens_radius:g}, focused at {camera.focus_distance:g}")
 
 
 def _mirror_slots(material: Material, slots: range, extra: int) -> tuple[int | None, ...]:

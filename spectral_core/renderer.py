@@ -1,28 +1,29 @@
-"""Scene in, film out: bands of rows are worked off one after the other, with progress and cancel between them."""
+"""Scene in, film out: the picture is worked off part by part, with progress and cancel between them."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .colorimetry import Observer, WavelengthGrid, observer, wavelength_grid
-from .errors import InvalidParameterError, RenderCancelledError, SceneError
-from .film import Film, FilmBuilder
-from .plan import RenderPlan, make_plan
+from .adaptive import pixels_that_differ
+from .buffers import SurfaceBuffers
+from .colorimetry import observer, wavelength_grid
+from .errors import InvalidParameterError
+from .film import Film
+from .film_builder import FilmBuilder, FilmPart
+from .job import Job, Task, TaskResult
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra
 from .statistics import RenderStatistics
-from .tracing.camera import Camera
-from .tracing.geometry import Geometry
-from .tracing.sampling import pixel_offsets
-from .transport import Transport
-from .validation import require_integer
-from .visibility import Visibility
+from .sub_pictures import SubPicture, refinement
+from .visibility import Acceleration
+from .workers import remote_results, results, thread_count
 
 __all__ = ["Band", "Cancel", "Progress", "Render", "render", "render_bands"]
 
@@ -30,9 +31,9 @@ Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """A finished run of whole rows, for showing an image while it is made.
+    """A run of whole rows, for showing an image while it is made.
 
     Attributes
     ----------
@@ -42,11 +43,14 @@ class Band:
         X, Y, Z.
     coverage : ndarray, shape (rows, width)
         Part of the samples that met a surface.
+    is_finished : bool
+        False where pixels still stand for their neighbours, or more samples are to come.
     """
 
     first_row: int
     tristimulus: NDArray[np.floating[Any]]
     coverage: NDArray[np.float32]
+    is_finished: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +67,8 @@ class Render:
         Name of the observer.
     grid : str
         Name of the wavelength grid.
-    depth : ndarray of float32, shape (height, width)
-        Distance along the view axis (m) of the first sample of each pixel; infinite where it met nothing.
+    buffers : SurfaceBuffers
+        What the first sample of each pixel met.
     statistics : RenderStatistics
         Counts and times.
     """
@@ -73,8 +77,13 @@ class Render:
     spectra: SceneSpectra
     observer: str
     grid: str
-    depth: NDArray[np.float32]
+    buffers: SurfaceBuffers
     statistics: RenderStatistics
+
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """Distance along the view axis (m) of each pixel's first sample; infinite where it met nothing."""
+        return self.buffers.depth
 
     @property
     def alpha(self) -> NDArray[np.float32]:
@@ -148,6 +157,9 @@ def render(
     cancel: Cancel | None = None,
     on_band: Callable[[Band], None] | None = None,
     rows: int | None = None,
+    *,
+    acceleration: Acceleration | None = None,
+    executor: Executor | None = None,
 ) -> Render:
     """Render a scene.
 
@@ -158,19 +170,25 @@ def render(
     settings : RenderSettings, optional
         How; the defaults when left out.
     progress : callable, optional
-        Called as ``progress(fraction, message)`` between bands; fraction 0 to 1.
+        Called as ``progress(fraction, message)`` between parts, in the caller's thread; fraction 0 to 1.
     cancel : callable, optional
-        Asked between bands, samples and lights; a true answer stops the render.
+        Asked every few hundredths of a second in the caller's thread (with one thread: between parts, samples and
+        lights); a true answer stops the render.
     on_band : callable, optional
-        Called with each finished :class:`Band`, from the top down.
+        Called with each :class:`Band` that is new, in the caller's thread.
     rows : int, optional
         Render only so many rows, spread evenly over the picture, each as thin as one of the whole; the render is so
         high. A cheap and fair sample of the picture.
+    acceleration : Acceleration, optional
+        What is known of the scene's triangles from an earlier render, while they have not changed.
+    executor : concurrent.futures.Executor, optional
+        Where to work: a pool of processes, or of machines that have this package. It gets the scene, so
+        `acceleration` is not used there. Threads of this process (``settings.threads``) when left out.
 
     Returns
     -------
     Render
-        The film and what goes with it.
+        The film and what goes with it; the same whoever works on it.
 
     Raises
     ------
@@ -186,26 +204,31 @@ def render(
     Tominaga 1996, Eqs. 4-13, traced as the paper's Applications section does, with spectra kept out of the pixels.
     """
     settings = settings or RenderSettings()
-    if scene.camera is None:
-        raise SceneError(f"scene '{scene.name}' has no camera")
-    thinness = 1.0
-    if rows is not None:
-        require_integer("rows", rows, 1, settings.height)
-        thinness = rows / settings.height
-        settings = replace(settings, height=rows)
-    job = _Job.prepare(scene, scene.camera, settings, progress or _ignore_progress, cancel or _never)
-    job.offsets[:, 1] = 0.5 + (job.offsets[:, 1] - 0.5) * thinness
-    bands = _bands(settings)
-    for number, (first, last) in enumerate(bands):
-        job.progress(number / len(bands), f"rows {first + 1} to {last} of {settings.height}")
-        job.render_band(first, last, on_band)
-    result = job.finish()
-    job.progress(1.0, "done")
-    return result
+    tell, is_cancelled = progress or _ignore_progress, cancel or _never
+    started = time.perf_counter()
+    job = Job.prepare(scene, settings, rows, acceleration, tell)
+    workers = thread_count(settings)
+    if executor is not None:
+        workers = getattr(executor, "_max_workers", None) or workers
+
+    def work(tasks: list[Task]) -> Iterator[TaskResult]:
+        if executor is not None:
+            return remote_results(executor, scene, settings, rows, tasks, is_cancelled)
+        return results(job, tasks, workers, is_cancelled)
+
+    assembly = _Assembly.of(job)
+    for found in assembly.rounds(job, workers, work, tell, is_wanted=on_band is not None):
+        if on_band is not None:
+            for band in found:
+                on_band(band)
+    finished = assembly.finish(job)
+    finished.statistics.seconds["total"] = time.perf_counter() - started
+    tell(1.0, "done")
+    return finished
 
 
 def render_bands(
-    scene: Scene, settings: RenderSettings | None = None, *, geometry: Geometry | None = None
+    scene: Scene, settings: RenderSettings | None = None, *, acceleration: Acceleration | None = None
 ) -> Iterator[Band]:
     """Render a scene band by band, at the caller's pace: for views that must answer between two bands.
 
@@ -215,13 +238,13 @@ def render_bands(
         What to render; it needs a camera.
     settings : RenderSettings, optional
         How; the defaults when left out. ``band_samples`` bounds the work between two bands.
-    geometry : Geometry, optional
-        The triangles of the scene's instances, gathered earlier in the settings' precision.
+    acceleration : Acceleration, optional
+        What is known of the scene's triangles from an earlier render.
 
     Yields
     ------
     Band
-        From the top down.
+        From the top down; where light comes from lamps with a size, coarse to fine.
 
     Raises
     ------
@@ -234,20 +257,10 @@ def render_bands(
     ----------
     As :func:`render`.
     """
-    settings = settings or RenderSettings()
-    if scene.camera is None:
-        raise SceneError(f"scene '{scene.name}' has no camera")
-    job = _Job.prepare(scene, scene.camera, settings, _ignore_progress, _never, geometry)
-    for first, last in _bands(settings):
-        finished: list[Band] = []
-        job.render_band(first, last, finished.append)
-        yield from finished
-
-
-def _bands(settings: RenderSettings) -> list[tuple[int, int]]:
-    """Cut the rows into bands that keep to the bound of rays in memory."""
-    height = max(1, settings.band_samples // settings.width)
-    return [(row, min(row + height, settings.height)) for row in range(0, settings.height, height)]
+    job = Job.prepare(scene, settings or RenderSettings(), None, acceleration)
+    assembly = _Assembly.of(job)
+    for found in assembly.rounds(job, 1, lambda tasks: results(job, tasks, 1, _never), _ignore_progress, is_wanted=True):
+        yield from found
 
 
 def _ignore_progress(fraction: float, message: str) -> None:
@@ -258,117 +271,122 @@ def _never() -> bool:
     return False
 
 
-@dataclass(slots=True)
-class _Job:
-    """One render under way."""
+@dataclass(slots=True, eq=False)
+class _Assembly:
+    """A picture that is put together from the parts as they come."""
 
-    scene: Scene
-    camera: Camera
-    settings: RenderSettings
-    progress: Progress
-    stop_if_cancelled: Callable[[], None]
-    plan: RenderPlan
-    spectra: SceneSpectra
-    observer: Observer
-    grid: WavelengthGrid
-    geometry: Geometry
-    visibility: Visibility
-    transport: Transport
-    offsets: NDArray[np.float64]
     film: FilmBuilder
-    depth: NDArray[np.float32]
-    statistics: RenderStatistics = field(default_factory=RenderStatistics)
-    started: float = 0.0
+    buffers: SurfaceBuffers
+    statistics: RenderStatistics
+    shown: NDArray[np.floating[Any]]
+    coverage: NDArray[np.float32]
 
     @classmethod
-    def prepare(
-        cls,
-        scene: Scene,
-        camera: Camera,
-        settings: RenderSettings,
-        progress: Progress,
-        cancel: Cancel,
-        geometry: Geometry | None = None,
-    ) -> _Job:
-        started = time.perf_counter()
-        dtype = np.float64 if settings.precision == "float64" else np.float32
-        if geometry is None:
-            progress(0.0, "gathering triangles")
-            geometry = Geometry.from_instances(scene.instances, dtype)
-        progress(0.0, "planning")
-        plan = make_plan(scene, settings, geometry)
-        spectra = SceneSpectra.from_scene(scene)
-        sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
-        # A lamp without luminance should fail before the first ray, not after minutes; every lamp has a direct term.
-        spectra.tristimulus_table(plan.direct_terms, sees, grid)
-        statistics = RenderStatistics(
-            scene=scene.name,
-            width=settings.width,
-            height=settings.height,
-            samples=settings.samples,
-            triangles=geometry.triangle_count,
-            dropped_triangles=geometry.dropped,
-            plan=plan.describe(),
-        )
-        if cancel():
-            raise RenderCancelledError("the render was cancelled")
-        progress(0.0, f"sorting {geometry.triangle_count} triangles")
-        visibility = Visibility(geometry, camera, settings.width, settings.height)
-        statistics.seconds["geometry"] = time.perf_counter() - started
-        film = FilmBuilder(
-            settings.width, settings.height, settings.samples, dtype, spectra, sees, grid, settings.film_bytes
-        )
-
-        def stop_if_cancelled() -> None:
-            if cancel():
-                raise RenderCancelledError("the render was cancelled")
-
+    def of(cls, job: Job) -> _Assembly:
+        settings, geometry = job.settings, job.geometry
+        shape = (settings.height, settings.width)
         return cls(
-            scene=scene,
-            camera=camera,
-            settings=settings,
-            progress=progress,
-            stop_if_cancelled=stop_if_cancelled,
-            plan=plan,
-            spectra=spectra,
-            observer=sees,
-            grid=grid,
-            geometry=geometry,
-            visibility=visibility,
-            transport=Transport(
-                scene, settings, plan, spectra, sees, geometry, visibility, film, statistics, stop_if_cancelled
+            film=FilmBuilder(
+                settings.width, settings.height, job.spectra, job.observer, job.grid, settings.film_bytes
             ),
-            offsets=pixel_offsets(settings.samples, settings.pixel_filter, settings.filter_width, settings.seed),
-            film=film,
-            depth=np.full((settings.height, settings.width), np.inf, np.float32),
-            statistics=statistics,
-            started=started,
+            buffers=SurfaceBuffers.empty(settings.height, settings.width, settings.buffers),
+            statistics=RenderStatistics(
+                scene=job.scene.name,
+                width=settings.width,
+                height=settings.height,
+                samples=settings.samples,
+                triangles=geometry.triangle_count,
+                dropped_triangles=geometry.dropped,
+                plan=job.plan.describe(),
+                seconds={"geometry": job.seconds},
+            ),
+            shown=np.zeros((*shape, 3), geometry.dtype),
+            coverage=np.zeros(shape, np.float32),
         )
 
-    def render_band(self, first: int, last: int, on_band: Callable[[Band], None] | None) -> None:
-        width = self.settings.width
-        pixels = np.arange(first * width, last * width)
-        for number, offset in enumerate(self.offsets):
-            self.stop_if_cancelled()
-            with self.statistics.timed("visibility"):
-                hits, directions, view_depth = self.visibility.primary(first, last, offset)
-            self.statistics.camera_rays += len(pixels)
-            found = hits.hit
-            self.film.count_hits(pixels[found])
-            if number == 0:
-                self.depth.reshape(-1)[pixels[found]] = view_depth[found]
-            self.transport.from_camera(pixels, hits, directions)
-        with self.statistics.timed("film"):
-            part = self.film.end_band(first, last)
-        if on_band is not None:
-            colour = part.tristimulus(self.spectra, self.observer, self.grid, own_spectra=True)
-            on_band(Band(first, colour, part.coverage))
+    def rounds(
+        self,
+        job: Job,
+        workers: int,
+        work: Callable[[list[Task]], Iterator[TaskResult]],
+        progress: Progress,
+        *,
+        is_wanted: bool,
+    ) -> Iterator[list[Band]]:
+        """Work off the samples of all pixels, then those of the pixels that need more; yield what is new to show."""
+        settings = job.settings
+        tasks = job.tasks(workers)
+        total = settings.width * settings.height * settings.samples
+        done = 0
+        distance = np.zeros(settings.width * settings.height, np.float32)
+        progress(0.0, f"{settings.width} x {settings.height} pixels, {settings.samples} samples")
+        for task, result in zip(tasks, work(tasks), strict=True):
+            self._take(task, result)
+            if result.difference is not None:
+                distance[task.part.pixels] = result.difference
+            done += len(task)
+            progress(done / total, _what(task.part, settings.height))
+            yield [self._band(job, task.part, result.film, is_last=not job.is_adaptive)] if is_wanted else []
+        if not job.is_adaptive:
+            return
+        differs = pixels_that_differ(distance, settings.height, settings.width, settings.adaptive_threshold)
+        self.statistics.refined_pixels = int(np.count_nonzero(differs))
+        tasks = job.further_tasks(tasks, differs)
+        wanted, begun = sum(len(task) for task in tasks), done
+        for task, result in zip(tasks, work(tasks), strict=True):
+            self._take(task, result)
+            done += len(task)
+            fraction = begun / total + (1.0 - begun / total) * (done - begun) / wanted
+            progress(fraction, f"further samples where the first differ, {_what(task.part, settings.height)}")
+            yield [self._refined(job, task, result.film)] if is_wanted else []
 
-    def finish(self) -> Render:
+    def _take(self, task: Task, result: TaskResult) -> None:
+        with self.statistics.timed("film"):
+            self.film.add(result.film)
+        if result.buffers is not None:
+            self.buffers.put(task.part.pixels, result.buffers)
+        self.statistics.add(result.statistics)
+
+    def _band(self, job: Job, part: SubPicture, film: FilmPart, *, is_last: bool) -> Band:
+        """Show a part; its pixels stand for the square to the right of and below them until others are there."""
+        colour = film.tristimulus(job.spectra, job.observer, job.grid).reshape(-1, part.width, 3)
+        covered = film.coverage.reshape(-1, part.width)
+        side = refinement(part.step, part.number)
+        for dy in range(side):
+            for dx in range(side):
+                for target, values in ((self.shown, colour), (self.coverage, covered)):
+                    place = target[part.y[0] + dy : part.y[-1] + dy + 1 : part.step, part.column + dx :: part.step]
+                    place[...] = values[: len(place), : place.shape[1]]
+        is_finished = is_last and part.number == part.step * part.step - 1
+        return self._rows(int(part.y[0]), int(part.y[-1]) + side, is_finished)
+
+    def _refined(self, job: Job, task: Task, film: FilmPart) -> Band:
+        """Show further samples of some pixels."""
+        earlier, share = task.first / task.end, 1.0 - task.first / task.end
+        for image, values in (
+            (self.shown, film.tristimulus(job.spectra, job.observer, job.grid)),
+            (self.coverage, film.coverage),
+        ):
+            flat = image.reshape(-1, *image.shape[2:])
+            flat[film.pixels] = flat[film.pixels] * image.dtype.type(earlier) + values * image.dtype.type(share)
+        return self._rows(int(task.part.y[0]), int(task.part.y[-1]) + 1, True)
+
+    def _rows(self, first: int, end: int, is_finished: bool) -> Band:
+        rows = slice(first, min(end, len(self.shown)))
+        return Band(first, self.shown[rows].copy(), self.coverage[rows].copy(), is_finished)
+
+    def finish(self, job: Job) -> Render:
         with self.statistics.timed("film"):
             film = self.film.finish()
         self.statistics.film_bytes = film.nbytes
         self.statistics.terms = len(film.terms)
         self.statistics.is_relightable = film.is_relightable
-        self.statistics.seconds["total"] = time.perf_counter() - self.started
-        return Render(film, self.spectra, self.settings.observer, self.settings.grid, self.depth, self.statistics)
+        return Render(
+            film, job.spectra, job.settings.observer, job.settings.grid, self.buffers, self.statistics
+        )
+
+
+def _what(part: SubPicture, height: int) -> str:
+    """Name a part of the picture, for the status line."""
+    rows = f"rows {int(part.y[0]) + 1} to {min(int(part.y[-1]) + 1, height)} of {height}"
+    return rows if part.step == 1 else f"{rows}, pass {part.number + 1} of {part.step * part.step}"

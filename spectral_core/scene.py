@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from .buffers import BUFFERS
 from .colorimetry import GRID_PRESETS, OBSERVERS
 from .errors import InvalidParameterError, SceneError
-from .lights import Light, require_strength
+from .lights import EnvironmentImage, Light, require_strength
 from .reflection.materials import Material
 from .spectra import Spectrum
 from .tracing.camera import Camera
@@ -15,36 +16,82 @@ from .tracing.mesh import Instance
 from .tracing.sampling import PIXEL_FILTERS
 from .validation import require_choice, require_in_range, require_integer
 
-__all__ = ["RenderSettings", "Scene", "World"]
+__all__ = ["Emission", "RenderSettings", "Scene", "World"]
 
 PRECISIONS = ("float32", "float64")
 LARGEST_PICTURE = 2**31 - 1  # pixels; the film numbers them with 32 bits
 BOUNCE_SPECTRA = ("auto", "terms", "nodes")
+MOST_THREADS = 1024
 _KINDS: dict[object, str] = {Material: "material", Light: "light", Instance: "instance"}
 
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """What the camera sees where it meets no surface: the same spectrum in every direction.
+    """What the camera sees where it meets no surface.
+
+    Attributes
+    ----------
+    illuminant : Spectrum
+        Relative spectral power distribution; brought to Y = 1. The colours of an image tint it.
+    strength : float
+        Radiance in units of a perfect diffuser under an irradiance of pi: 1 is display white, 0 is black.
+    name : str
+        Shown in the plan, and the handle for relighting.
+    lights_surfaces : bool
+        Whether surfaces receive its light, too.
+    image : EnvironmentImage, optional
+        What it looks like; the same in every direction when left out.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a value breaks its rule.
+    """
+
+    illuminant: Spectrum = field(default_factory=lambda: Spectrum.constant(1.0, name="E"))
+    strength: float = 0.0
+    name: str = "World"
+    lights_surfaces: bool = False
+    image: EnvironmentImage | None = None
+
+    def __post_init__(self) -> None:
+        if self.image is not None and not isinstance(self.image, EnvironmentImage):
+            raise InvalidParameterError(f"image of world '{self.name}' must be an EnvironmentImage")
+        if not isinstance(self.illuminant, Spectrum):
+            raise InvalidParameterError(f"illuminant of world '{self.name}' must be a Spectrum")
+        require_strength(f"strength of world '{self.name}'", self.strength)
+
+
+@dataclass(frozen=True, slots=True)
+class Emission:
+    """Light that a surface sends out by itself, evenly in all directions and from both sides.
 
     Attributes
     ----------
     illuminant : Spectrum
         Relative spectral power distribution; brought to Y = 1.
     strength : float
-        Radiance in units of a perfect diffuser under an irradiance of pi: 1 is display white, 0 is black.
+        Radiance in units of a perfect diffuser under an irradiance of pi: 1 is display white, 0 is dark.
     name : str
         Shown in the plan, and the handle for relighting.
+    lights_surfaces : bool
+        Whether other surfaces receive its light, too.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a value breaks its rule.
     """
 
-    illuminant: Spectrum = field(default_factory=lambda: Spectrum.constant(1.0, name="E"))
-    strength: float = 0.0
-    name: str = "World"
+    illuminant: Spectrum
+    strength: float
+    name: str = "Emission"
+    lights_surfaces: bool = True
 
     def __post_init__(self) -> None:
         if not isinstance(self.illuminant, Spectrum):
-            raise InvalidParameterError(f"illuminant of world '{self.name}' must be a Spectrum")
-        require_strength(f"strength of world '{self.name}'", self.strength)
+            raise InvalidParameterError(f"illuminant of emission '{self.name}' must be a Spectrum")
+        require_strength(f"strength of emission '{self.name}'", self.strength)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +105,13 @@ class Scene:
     materials : sequence of Material
         What the material indices of the instances point to.
     lights : sequence of Light
-        Point, spot and sun lights; may be empty.
+        Point, spot, sun and area lights; may be empty.
     camera : Camera or None
         Needed to render; None is refused there and not here, so that a scene can be inspected.
     world : World
         The background.
+    emissions : sequence of Emission or None, optional
+        What each material sends out by itself, besides what it reflects; nothing when left out.
     material_names : sequence of str, optional
         One name per material, for the plan and for relighting; numbered when left out.
     name : str
@@ -82,9 +131,10 @@ class Scene:
     world: World = field(default_factory=World)
     material_names: Sequence[str] = ()
     name: str = "Scene"
+    emissions: Sequence[Emission | None] = ()
 
     def __post_init__(self) -> None:
-        for attribute in ("instances", "materials", "lights"):
+        for attribute in ("instances", "materials", "lights", "emissions"):
             object.__setattr__(self, attribute, tuple(getattr(self, attribute)))
         for kind, things in ((Material, self.materials), (Light, self.lights), (Instance, self.instances)):
             for thing in things:
@@ -94,6 +144,13 @@ class Scene:
         object.__setattr__(self, "material_names", names)
         if len(names) != len(self.materials):
             raise SceneError(f"scene '{self.name}' has {len(self.materials)} materials but {len(names)} material names")
+        if self.emissions and len(self.emissions) != len(self.materials):
+            raise SceneError(
+                f"scene '{self.name}' has {len(self.materials)} materials but {len(self.emissions)} emissions"
+            )
+        for emission in self.emissions:
+            if not (emission is None or isinstance(emission, Emission)):
+                raise SceneError(f"scene '{self.name}' holds {emission!r}, which is no emission")
         for instance in self.instances:
             indices = instance.mesh.material_index
             highest = 0 if indices is None or not len(indices) else int(indices.max())
@@ -114,6 +171,12 @@ class RenderSettings:
         Size of the image in pixels, at least 1; together at most 2147483647 pixels.
     samples : int
         Rays a pixel, at least 1; the same sub-pixel positions in every pixel.
+    adaptive_threshold : float
+        0: every pixel takes all samples. Above: a pixel takes `min_samples` of them, and the others only if the two
+        halves of these differ by more than this, in it or a neighbour (CIE 1976 Lab, the lights' own white). 1 can
+        just be seen.
+    min_samples : int
+        Samples that every pixel takes when the others depend on them, at least 2 and made even.
     pixel_filter : str
         One of ``tracing.sampling.PIXEL_FILTERS``.
     filter_width : float
@@ -138,6 +201,10 @@ class RenderSettings:
         "float32" for the bulk of the geometry, or "float64" throughout for reference renders.
     band_samples : int
         Upper bound of rays that are in memory at once; the image is worked off in bands of whole rows.
+    buffers : tuple of str
+        What is kept of the first surface behind each pixel, besides its depth: of ``buffers.BUFFERS``.
+    threads : int
+        Threads that work side by side; 0 for one on each processor. The picture does not depend on it.
     film_bytes : int or None
         Memory that the film may take; beyond it the render keeps plain colour and cannot be relit. None for no limit.
 
@@ -162,6 +229,10 @@ class RenderSettings:
     precision: str = "float32"
     band_samples: int = 1 << 18
     film_bytes: int | None = 1 << 30
+    adaptive_threshold: float = 0.0
+    min_samples: int = 4
+    buffers: tuple[str, ...] = ()
+    threads: int = 0
 
     def __post_init__(self) -> None:
         require_integer("width", self.width, 1)
@@ -181,3 +252,9 @@ class RenderSettings:
         require_integer("band_samples", self.band_samples, 1)
         if self.film_bytes is not None:
             require_integer("film_bytes", self.film_bytes, 0)
+        require_in_range("adaptive_threshold", self.adaptive_threshold, 0.0, 1e6)
+        require_integer("min_samples", self.min_samples, 2)
+        object.__setattr__(self, "buffers", tuple(self.buffers))
+        for name in self.buffers:
+            require_choice("buffers", name, BUFFERS)
+        require_integer("threads", self.threads, 0, MOST_THREADS)

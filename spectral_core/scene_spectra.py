@@ -19,13 +19,14 @@ from .lights import require_strength
 from .reflection.materials import GRAZING, Material, TypeII
 from .reflection.mirror import MIRROR, mirror_reflectances, scaled_to_peak
 from .resampling import resample
+from .rgb_uplift import basis_spectra
 from .spectra import Spectrum, require_not_negative
 from .textured_reflectance import require_plain
 
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term", "slots_of_material"]
+__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term", "slots_of_image", "slots_of_material"]
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -127,6 +128,33 @@ def slots_of_material(name: str, material: Material) -> tuple[ReflectanceSlot, .
     return tuple(slots)
 
 
+def slots_of_image(name: str) -> tuple[ReflectanceSlot, ...]:
+    """List the slots of an image's primaries, by which its colours are made of the light behind it.
+
+    Parameters
+    ----------
+    name : str
+        What shows the image.
+
+    Returns
+    -------
+    tuple of ReflectanceSlot
+        Red, green and blue.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Mallett and Yuksel 2019; see :mod:`~spectral_core.rgb_uplift`.
+    """
+    return tuple(
+        ReflectanceSlot(name, f"image {colour}", basis)
+        for colour, basis in zip(("red", "green", "blue"), basis_spectra(), strict=True)
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class SceneSpectra:
     """All spectra of a scene, and the tristimulus values of their products.
@@ -134,9 +162,9 @@ class SceneSpectra:
     Attributes
     ----------
     emitters : tuple of Emitter
-        The lights in the scene's order, and the world last.
+        The lights in the scene's order, the world, and what materials emit, in the order of those that do.
     slots : tuple of ReflectanceSlot
-        The reflectances of all materials, in the scene's order.
+        The reflectances of all materials, in the scene's order; last the primaries of the world's image, if it has one.
     """
 
     emitters: tuple[Emitter, ...]
@@ -154,7 +182,7 @@ class SceneSpectra:
         Returns
         -------
         SceneSpectra
-            With the lights, then the world; and the materials' reflectances in order.
+            With the lights, the world, and the materials that emit; and the materials' reflectances in order.
 
         Raises
         ------
@@ -167,9 +195,12 @@ class SceneSpectra:
         """
         emitters = [Emitter(light.name, light.illuminant, light.strength) for light in scene.lights]
         emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength))
+        emitters += [Emitter(e.name, e.illuminant, e.strength) for e in scene.emissions if e is not None]
         slots: list[ReflectanceSlot] = []
         for name, material in zip(scene.material_names, scene.materials, strict=True):
             slots += slots_of_material(name, material)
+        if scene.world.image is not None:
+            slots += slots_of_image(scene.world.name)
         return cls(tuple(emitters), tuple(slots))
 
     def with_light(

@@ -236,6 +236,8 @@ def place_components(
     rows: NDArray[np.int64],
     first_column: int,
     coefficients: NDArray[np.floating[Any]],
+    *,
+    is_first: bool = True,
 ) -> None:
     """Write the coefficients of one light into the table of all lights.
 
@@ -249,6 +251,8 @@ def place_components(
         Where the light's lobes begin.
     coefficients : ndarray, shape (n, lobes)
         Theirs.
+    is_first : bool
+        Whether they replace what is there; else they are added to it.
 
     Raises
     ------
@@ -260,10 +264,12 @@ def place_components(
     Own design. Column by column: numpy scatters scalars several times faster than short rows.
     """
     if len(rows) == len(target):
-        target[:, first_column : first_column + coefficients.shape[1]] = coefficients
+        part = target[:, first_column : first_column + coefficients.shape[1]]
+        part[...] = coefficients if is_first else part + coefficients
         return
     for column in range(coefficients.shape[1]):
-        target[:, first_column + column][rows] = coefficients[:, column]
+        part = target[:, first_column + column]
+        part[rows] = coefficients[:, column] if is_first else part[rows] + coefficients[:, column]
 
 
 def spread_textures(

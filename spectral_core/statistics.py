@@ -24,6 +24,8 @@ class RenderStatistics:
         Triangles that were traced, and those without area that were left out.
     camera_rays, shadow_rays, mirror_rays : int
         Rays that were followed.
+    refined_pixels : int or None
+        Pixels that took all samples because their first ones differed; None where every pixel does.
     lit_points : dict of str to int
         Points that each light reached, by its name.
     terms : int
@@ -33,7 +35,7 @@ class RenderStatistics:
     is_relightable : bool
         False when the film keeps plain colour: at its memory limit, or from mirrored light carried at nodes.
     seconds : dict of str to float
-        Wall-clock time by kind of work.
+        Time by kind of work, added up over threads that work side by side; "total" is what the clock on the wall says.
     plan : str
         The plan in words.
     notes : list of str
@@ -49,6 +51,7 @@ class RenderStatistics:
     camera_rays: int = 0
     shadow_rays: int = 0
     mirror_rays: int = 0
+    refined_pixels: int | None = None
     lit_points: dict[str, int] = field(default_factory=dict)
     terms: int = 0
     film_bytes: int = 0
@@ -85,6 +88,30 @@ class RenderStatistics:
         finally:
             self.seconds[work] = self.seconds.get(work, 0.0) + time.perf_counter() - start
 
+    def add(self, part: RenderStatistics) -> None:
+        """Add the counts and times of a part of the work.
+
+        Parameters
+        ----------
+        part : RenderStatistics
+            Of the part.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        self.camera_rays += part.camera_rays
+        self.shadow_rays += part.shadow_rays
+        self.mirror_rays += part.mirror_rays
+        for name, count in part.lit_points.items():
+            self.lit_points[name] = self.lit_points.get(name, 0) + count
+        for work, seconds in part.seconds.items():
+            self.seconds[work] = self.seconds.get(work, 0.0) + seconds
+
     def describe(self) -> str:
         """Say in words what was done.
 
@@ -110,6 +137,9 @@ class RenderStatistics:
             f"film: {self.terms} terms, {self.film_bytes / 2**20:.1f} MiB"
             + ("" if self.is_relightable else "; keeps plain colour and cannot be relit"),
         ]
+        if self.refined_pixels is not None:
+            share = self.refined_pixels / max(self.width * self.height, 1)
+            lines.append(f"{self.refined_pixels:,} pixels ({share:.0%}) took all samples, since their first ones differ")
         if self.dropped_triangles:
             lines.append(f"{self.dropped_triangles:,} triangles without area were left out")
         lines.extend(self.plan.splitlines())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colorimetry import Observer, tristimulus_weights, wavelength_grid
-from .film import FilmBuilder
+from .film_builder import Deposits
+from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
 from .plan import MaterialPlan, RenderPlan
 from .reflection.mirror import mirror_coefficients
@@ -33,10 +34,12 @@ class Transport:
     ----------
     scene, settings, plan, spectra, observer
         What is rendered, and how.
+    sources : tuple of LightSource
+        Those of the plan.
     geometry, visibility
         Where the surfaces are, and who sees whom.
-    film : FilmBuilder
-        Takes the deposits.
+    film : Deposits
+        Takes what is found.
     statistics : RenderStatistics
         Is counted up.
     stop_if_cancelled : callable
@@ -48,28 +51,43 @@ class Transport:
     plan: RenderPlan
     spectra: SceneSpectra
     observer: Observer
+    sources: tuple[LightSource, ...]
     geometry: Geometry
     visibility: Visibility
-    film: FilmBuilder
+    film: Deposits
     statistics: RenderStatistics
     stop_if_cancelled: Callable[[], None]
     _nodes_nm: NDArray[np.float64] = field(init=False)
     _emitter_weights: dict[int, NDArray[np.float64]] = field(init=False, default_factory=dict)
+    _lamp_points: Sequence[Sequence[LampPoint]] = field(init=False, default=())
 
     def __post_init__(self) -> None:
         self._nodes_nm = wavelength_grid(self.settings.bounce_grid).wavelengths_nm
 
-    def from_camera(self, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.floating[Any]]) -> None:
+    def from_camera(
+        self,
+        pixels: NDArray[np.int64],
+        hits: Hits,
+        directions: NDArray[np.floating[Any]],
+        lamp_points: Sequence[Sequence[LampPoint]],
+    ) -> SurfacePoints:
         """Deposit what one ray a pixel finds, mirrors included.
 
         Parameters
         ----------
         pixels : ndarray of int64, shape (N,)
-            Flat index of each ray's pixel.
+            Which of the film's pixels each ray belongs to.
         hits : Hits, N rays
             What the rays met first.
         directions : ndarray, shape (N, 3)
             Their unit directions.
+        lamp_points : sequence of sequence of LampPoint
+            For each source, the points of it that all rays are lit from.
+
+        Returns
+        -------
+        SurfacePoints
+            The surfaces that the rays met first.
 
         Raises
         ------
@@ -80,8 +98,9 @@ class Transport:
         ----------
         Tominaga 1996, Eqs. 8-13.
         """
+        self._lamp_points = lamp_points
         polynomial = Polynomial.one(len(pixels), self.geometry.dtype)
-        bundles = self._arrive(pixels, hits, directions, polynomial, 0)
+        first, bundles = self._arrive(pixels, hits, directions, polynomial, 0)
         for depth in range(1, self.settings.max_bounces + 1):
             arrivals = merge_bundles(bundles)
             bundles = []
@@ -90,7 +109,8 @@ class Transport:
                 self.statistics.mirror_rays += len(bundle)
                 with self.statistics.timed("mirrors"):
                     hits = self.visibility.secondary(bundle)
-                bundles += self._arrive(bundle.pixel, hits, bundle.direction, bundle.polynomial, depth)
+                bundles += self._arrive(bundle.pixel, hits, bundle.direction, bundle.polynomial, depth)[1]
+        return first
 
     def _arrive(
         self,
@@ -99,59 +119,96 @@ class Transport:
         directions: NDArray[np.floating[Any]],
         polynomial: Polynomial,
         depth: int,
-    ) -> list[PathBundle]:
+    ) -> tuple[SurfacePoints, list[PathBundle]]:
         """Light the points that rays have reached, and send on those that mirror."""
         with self.statistics.timed("shading"):
-            self._deposit_background(pixels, hits, polynomial)
+            self._deposit_background(pixels, hits, directions, polynomial)
             points = surface_points(self.geometry, hits, directions)
         for (index, part), coefficients in zip(points.groups(), self._direct_light(points, depth), strict=True):
             material_plan = self.plan.materials[index]
-            if material_plan is not None and material_plan.terms:
-                rays = points.ray[part]
-                with self.statistics.timed("film"):
+            if material_plan is None:
+                continue
+            rays = points.ray[part]
+            with self.statistics.timed("film"):
+                if material_plan.emission is not None:
+                    ones = np.ones((len(rays), 1), self.geometry.dtype)
+                    self._deposit(pixels[rays], polynomial.take(rays), (material_plan.emission,), ones)
+                if material_plan.terms:
                     self._deposit(pixels[rays], polynomial.take(rays), material_plan.terms, coefficients)
         if depth == self.settings.max_bounces:
-            return []
+            return points, []
         with self.statistics.timed("mirrors"):
-            return self._mirrored(points, pixels, polynomial, depth + 1)
+            return points, self._mirrored(points, pixels, polynomial, depth + 1)
 
     def _direct_light(self, points: SurfacePoints, depth: int) -> list[NDArray[np.floating[Any]]]:
-        """Coefficients (n, L * Km) of every group of points, the components of each light in turn."""
+        """Coefficients of every group of points: for each source and filter in turn, the material's components."""
         groups = points.groups()
         materials = [self.scene.materials[index] for index, _ in groups]
         widths = [len(material.textures or material.reflectances) for material in materials]
+        columns = sum(len(source.filters) for source in self.plan.sources)
         coefficients = [
-            np.zeros((part.stop - part.start, width * len(self.plan.lights)), self.geometry.dtype)
+            np.zeros((part.stop - part.start, width * columns), self.geometry.dtype)
             for (_, part), width in zip(groups, widths, strict=True)
         ]
-        for column, light_index in enumerate(self.plan.lights):
-            self.stop_if_cancelled()
-            light = self.scene.lights[light_index]
-            with self.statistics.timed("shading"):
-                illumination = light.illuminate(points.position, self.geometry.centre)
-                candidates = facing(points, illumination)
-            with self.statistics.timed("shadows"):
-                lit = self.visibility.unoccluded(light, points, illumination, candidates, is_scattered=depth > 0)
-            self.statistics.shadow_rays += len(candidates)
-            self.statistics.lit_points[light.name] = self.statistics.lit_points.get(light.name, 0) + len(lit)
-            with self.statistics.timed("shading"):
-                for material, (_, part), width, target in zip(materials, groups, widths, coefficients, strict=True):
-                    inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
-                    if len(inside):
+        column = 0
+        for planned, source, lamp_points in zip(self.plan.sources, self.sources, self._lamp_points, strict=True):
+            self.statistics.lit_points.setdefault(source.name, 0)
+            for number, at in enumerate(lamp_points):
+                self.stop_if_cancelled()
+                illumination, lit = self._lit(source, at, points, depth)
+                with self.statistics.timed("shading"):
+                    for material, (_, part), width, target in zip(materials, groups, widths, coefficients, strict=True):
+                        inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
+                        if not len(inside):
+                            continue
                         values = component_coefficients(material, points, illumination, inside)
-                        place_components(target, inside - part.start, column * width, values)
+                        for k in range(len(planned.filters)):
+                            share = at.weights[k] / planned.points
+                            weighed = values if share == 1.0 else values * values.dtype.type(share)
+                            place_components(
+                                target, inside - part.start, (column + k) * width, weighed, is_first=number == 0
+                            )
+            column += len(planned.filters)
         with self.statistics.timed("shading"):
             return [
                 spread_textures(material, points, part, target)
                 for material, (_, part), target in zip(materials, groups, coefficients, strict=True)
             ]
 
-    def _deposit_background(self, pixels: NDArray[np.int64], hits: Hits, polynomial: Polynomial) -> None:
-        if self.plan.background is None:
+    def _lit(
+        self, source: LightSource, at: LampPoint, points: SurfacePoints, depth: int
+    ) -> tuple[Illumination, NDArray[np.int64]]:
+        """What a point of a light would give to surfaces, and which of them it reaches."""
+        with self.statistics.timed("shading"):
+            illumination = source.illuminate(points.position, self.geometry.centre, at)
+            candidates = facing(points, illumination)
+            if source.receivers is not None:
+                owner = np.take(self.geometry.instance_index, np.take(points.triangle, candidates))
+                candidates = candidates[np.isin(owner, list(source.receivers))]
+        with self.statistics.timed("shadows"):
+            lit = self.visibility.unoccluded(
+                source, at, points, illumination, candidates, is_scattered=depth > 0
+            )
+        self.statistics.shadow_rays += len(candidates)
+        self.statistics.lit_points[source.name] += len(lit)
+        return illumination, lit
+
+    def _deposit_background(
+        self,
+        pixels: NDArray[np.int64],
+        hits: Hits,
+        directions: NDArray[np.floating[Any]],
+        polynomial: Polynomial,
+    ) -> None:
+        if not self.plan.background:
             return
         missed = np.flatnonzero(~hits.hit)
-        ones = np.ones((len(missed), 1), self.geometry.dtype)
-        self._deposit(pixels[missed], polynomial.take(missed), (self.plan.background,), ones)
+        image = self.scene.world.image
+        if image is None:
+            seen: NDArray[np.floating[Any]] = np.ones((len(missed), 1), self.geometry.dtype)
+        else:
+            seen = image.radiance(np.take(directions, missed, axis=0)).astype(self.geometry.dtype)
+        self._deposit(pixels[missed], polynomial.take(missed), self.plan.background, seen)
 
     def _deposit(
         self,

@@ -1,15 +1,23 @@
-"""Who is seen and who is lit: picks the way to find out, so that nothing above it has to know."""
+"""Who is seen and who is lit: picks the way to find out, so that nothing above it has to know.
+
+What is known of the triangles alone is kept for the next question, and for the next render of the same geometry.
+Several threads may ask at a time.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .lights import Illumination, Light, SunLight
+from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle
 from .shading import SurfacePoints
+from .sub_pictures import SubPicture
 from .tracing.bvh import Bvh
 from .tracing.camera import Camera
 from .tracing.columns import take_rows
@@ -18,10 +26,91 @@ from .tracing.hits import Hits, offset_origins
 from .tracing.rasterize import PrimaryView
 from .tracing.shadows import LightView
 
-__all__ = ["Visibility"]
+__all__ = ["Acceleration", "Visibility"]
 
-_VIEW_BYTES = 1 << 28  # projected triangles that may be kept between bands
+_VIEW_BYTES = 1 << 28  # projected triangles that may be kept for the next part of the picture
 _BYTES_A_TRIANGLE = 80
+_RAY_PER_TRIANGLE = 28  # what a shadow ray through the tree costs, in triangles projected towards a lamp
+
+Made = TypeVar("Made")
+
+
+class _Store:
+    """Things that are made once and kept while memory allows; a thread waits for what another is making.
+
+    Parameters
+    ----------
+    most : int
+        How many things are kept, the last used ones.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._lock = threading.Lock()
+        self._things: OrderedDict[object, Any] = OrderedDict()
+        self._making: dict[object, threading.Lock] = {}
+
+    def get(self, key: object, make: Callable[[], Made]) -> Made:
+        """Return what is kept under a key, or make it."""
+        with self._lock:
+            if key in self._things:
+                self._things.move_to_end(key)
+                return self._things[key]  # type: ignore[no-any-return]
+            making = self._making.setdefault(key, threading.Lock())
+        with making:
+            with self._lock:
+                if key in self._things:
+                    return self._things[key]  # type: ignore[no-any-return]
+            made = make()
+            with self._lock:
+                self._things[key] = made
+                self._making.pop(key, None)
+                while len(self._things) > self._most:
+                    self._things.popitem(last=False)
+            return made
+
+
+class Acceleration:
+    """Trees over the triangles of one geometry: made when first needed, and good for as long as it does not change.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The triangles.
+    """
+
+    def __init__(self, geometry: Geometry) -> None:
+        self.geometry = geometry
+        self._trees = _Store(4)
+
+    def tree(self, members: NDArray[np.bool_] | None = None) -> Bvh:
+        """Give the tree of some triangles; each distinct set is sorted once.
+
+        Parameters
+        ----------
+        members : ndarray of bool, shape (T,), optional
+            Which triangles; all when left out.
+
+        Returns
+        -------
+        Bvh
+            The tree.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        everything = members is None or bool(members.all())
+        key = b"" if everything or members is None else members.tobytes()
+
+        def build() -> Bvh:
+            return Bvh.build(self.geometry, None if everything or members is None else np.flatnonzero(members))
+
+        return self._trees.get(key, build)
 
 
 class Visibility:
@@ -29,30 +118,23 @@ class Visibility:
 
     Parameters
     ----------
-    geometry : Geometry
-        The triangles.
+    acceleration : Acceleration
+        The triangles, with what is known of them.
     camera : Camera
         The camera.
     width, height : int
         Size of the image in pixels.
     """
 
-    def __init__(self, geometry: Geometry, camera: Camera, width: int, height: int) -> None:
-        self._geometry = geometry
+    def __init__(self, acceleration: Acceleration, camera: Camera, width: int, height: int) -> None:
+        self._acceleration = acceleration
+        self._geometry = acceleration.geometry
         self._camera = camera
         self._width = width
         self._height = height
-        self._trees: dict[bytes, Bvh] = {}
-        self._views: dict[tuple[float, float], PrimaryView] = {}
-        self._light_views: dict[int, LightView] = {}
-
-    def _tree(self, members: NDArray[np.bool_]) -> Bvh:
-        """Build the tree of some triangles, once for each distinct set."""
-        key = members.tobytes()
-        if key not in self._trees:
-            everything = bool(members.all())
-            self._trees[key] = Bvh.build(self._geometry, None if everything else np.flatnonzero(members))
-        return self._trees[key]
+        most = max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count))
+        self._views = _Store(most)
+        self._light_views = _Store(max(most, 8))
 
     def secondary(self, bundle: PathBundle) -> Hits:
         """Find what mirrored rays meet; things hidden from the camera are seen in mirrors.
@@ -75,20 +157,21 @@ class Visibility:
         ----------
         Own design.
         """
-        everything = self._tree(np.ones(self._geometry.triangle_count, bool))
-        return everything.closest(bundle.origin, bundle.direction, None, bundle.own)
+        return self._acceleration.tree().closest(bundle.origin, bundle.direction, None, bundle.own)
 
     def primary(
-        self, first_row: int, end_row: int, offset: NDArray[np.float64]
+        self, part: SubPicture, offset: NDArray[np.float64], lens: NDArray[np.float64] | None = None
     ) -> tuple[Hits, NDArray[np.floating[Any]], NDArray[np.floating[Any]]]:
-        """Find what the camera sees through one sub-pixel position of some rows.
+        """Find what the camera sees through one sub-pixel position of some pixels.
 
         Parameters
         ----------
-        first_row, end_row : int
-            The rows; row 0 is the top.
+        part : SubPicture, N pixels
+            The pixels.
         offset : ndarray, shape (2,)
             Position within each pixel (x, y); (0.5, 0.5) is its centre.
+        lens : ndarray, shape (2,), optional
+            Point of the lens; its middle when left out.
 
         Returns
         -------
@@ -107,27 +190,29 @@ class Visibility:
         ----------
         Own design.
         """
-        hits = self._view(offset).hits((first_row, end_row))
-        x = np.tile(np.arange(self._width) + offset[0], end_row - first_row)
-        y = np.repeat(np.arange(first_row, end_row) + offset[1], self._width)
-        _, directions = self._camera.rays(x, y, self._width, self._height)
+        camera = self._camera if lens is None else self._camera.through_lens(lens)
+        hits = self._view(part, camera, offset).hits((part.first, part.end))
+        x, y = np.tile(part.x + offset[0], part.end - part.first), np.repeat(part.y + offset[1], part.width)
+        _, directions = camera.rays(x, y, self._width, self._height)
         dtype = self._geometry.dtype
-        axis = -self._camera.matrix[:3, 2]
-        depth = hits.distance * (directions @ axis).astype(dtype) + dtype.type(self._camera.clip_start)
+        axis = -camera.matrix[:3, 2]
+        depth = hits.distance * (directions @ axis).astype(dtype) + dtype.type(camera.clip_start)
         return hits, directions.astype(dtype), depth
 
-    def _view(self, offset: NDArray[np.float64]) -> PrimaryView:
-        """Project the triangles for one sub-pixel position; kept for the next band while memory allows."""
-        key = (float(offset[0]), float(offset[1]))
-        if key not in self._views:
-            if len(self._views) >= max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count)):
-                self._views.clear()
-            self._views[key] = PrimaryView(self._geometry, self._camera, self._width, self._height, key)
-        return self._views[key]
+    def _view(self, part: SubPicture, camera: Camera, offset: NDArray[np.float64]) -> PrimaryView:
+        """Project the triangles for one sub-pixel position, as the sub-picture sees them."""
+        place = ((part.column + float(offset[0])) / part.step, (part.row + float(offset[1])) / part.step)
+        smaller = camera.sub_window(self._width, self._height, part.step, part.width, part.height)
+
+        def project() -> PrimaryView:
+            return PrimaryView(self._geometry, smaller, part.width, part.height, place)
+
+        return self._views.get((place, part.width, part.height, camera.matrix.tobytes(), camera.window), project)
 
     def unoccluded(
         self,
-        light: Light,
+        source: LightSource,
+        at: LampPoint,
         points: SurfacePoints,
         illumination: Illumination,
         candidates: NDArray[np.int64],
@@ -138,12 +223,14 @@ class Visibility:
 
         Parameters
         ----------
-        light : Light
+        source : LightSource
             The light.
+        at : LampPoint
+            The point of it that is looked from.
         points : SurfacePoints
             All points.
         illumination : Illumination
-            What the light would give them.
+            What the light would give them from there.
         candidates : ndarray of int64
             Indices of the points that face the light, increasing.
         is_scattered : bool
@@ -163,28 +250,43 @@ class Visibility:
         ----------
         Own design.
         """
-        if not len(candidates):
+        if not len(candidates) or not source.casts_shadow:
             return candidates
         directions = take_rows(illumination.to_light, candidates)
         position, normal = take_rows(points.position, candidates), take_rows(points.geometric_normal, candidates)
         origins = offset_origins(position, normal, directions, self._geometry.radius)
         own = points.triangle.take(candidates)
-        if not is_scattered:
-            blocked = self._light_view(light).occluded(origins, own)
-        elif isinstance(light, SunLight):
-            blocked = self._tree(self._geometry.shadow_visible).occluded(origins, directions, None, own)
+        if not (is_scattered or self._is_view_dear(source)):
+            blocked = self._light_view(source, at).occluded(origins, own)
+        elif at.position is None:
+            blocked = self._shadow_tree().occluded(origins, directions, None, own)
         else:
             # From the lifted origin to the light itself: the ray is as long as what is left.
-            target = self._geometry.recentred(light.position)
-            blocked = self._tree(self._geometry.shadow_visible).occluded(origins, target - origins, 1.0, own)
+            target = self._geometry.recentred(at.position)
+            blocked = self._shadow_tree().occluded(origins, target - origins, 1.0, own)
         return candidates[~blocked]
 
-    def _light_view(self, light: Light) -> LightView:
-        """Project the triangles towards a light, once."""
-        if id(light) not in self._light_views:
-            if isinstance(light, SunLight):
-                view = LightView(self._geometry, to_light=light.to_light)
-            else:
-                view = LightView(self._geometry, position=light.position - self._geometry.centre)
-            self._light_views[id(light)] = view
-        return self._light_views[id(light)]
+    def _shadow_tree(self) -> Bvh:
+        return self._acceleration.tree(self._geometry.shadow_visible)
+
+    def _is_view_dear(self, source: LightSource) -> bool:
+        """Whether looking from the light costs more than rays: once for each of its points, and many triangles.
+
+        It depends on nothing but the scene and the size of the picture, so that equal pictures come about equally.
+        """
+        if not source.is_extended:
+            return False
+        typical = self._width * self._height // 16
+        return self._geometry.triangle_count > _RAY_PER_TRIANGLE * typical
+
+    def _light_view(self, source: LightSource, at: LampPoint) -> LightView:
+        """Project the triangles towards a point of a light."""
+
+        def project() -> LightView:
+            if at.position is None:
+                return LightView(self._geometry, to_light=at.to_light)
+            return LightView(self._geometry, position=at.position - self._geometry.centre)
+
+        if source.is_extended:
+            return project()  # looked from once, for one part of the picture
+        return self._light_views.get(id(source), project)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
-from ..validation import require_choice, require_finite, require_in_range, require_shape
+from ..validation import require_choice, require_finite, require_in_range, require_integer, require_shape
 
 __all__ = ["Camera"]
 
@@ -31,6 +32,16 @@ class Camera:
     clip_start, clip_end : float
         Depths along -Z between which things are seen; 0 < clip_start < clip_end for perspective cameras, any
         clip_start < clip_end for orthographic ones.
+    lens_radius : float
+        Radius of the lens (scene units), for perspective cameras; 0 is a pinhole, for which everything is in focus.
+    focus_distance : float
+        Depth along -Z of what is in focus, above 0; only a lens asks for it.
+    lens_blades : int
+        Corners of the aperture; below 3 it is round.
+    lens_rotation : float
+        Angle by which a cornered aperture is turned (rad).
+    lens_ratio : float
+        How much higher than wide what is out of focus looks, above 0: the squeeze of an anamorphic lens.
 
     Raises
     ------
@@ -47,6 +58,11 @@ class Camera:
     kind: str = "perspective"
     clip_start: float = 0.1
     clip_end: float = 1000.0
+    lens_radius: float = 0.0
+    focus_distance: float = math.inf
+    lens_blades: int = 0
+    lens_rotation: float = 0.0
+    lens_ratio: float = 1.0
 
     def __post_init__(self) -> None:
         matrix = require_finite("camera matrix", self.matrix)
@@ -66,6 +82,13 @@ class Camera:
             raise InvalidParameterError(
                 f"camera clip_end must be above clip_start {self.clip_start:g}, but is {self.clip_end:g}"
             )
+        require_in_range("camera lens_radius", self.lens_radius, 0.0)
+        if not self.focus_distance > 0.0:
+            raise InvalidParameterError(f"camera focus_distance must be above 0, but is {self.focus_distance:g}")
+        require_integer("camera lens_blades", self.lens_blades, 0)
+        require_in_range("camera lens_rotation", self.lens_rotation)
+        if not self.lens_ratio > 0.0:
+            raise InvalidParameterError(f"camera lens_ratio must be above 0, but is {self.lens_ratio:g}")
         axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-300)
         if abs(np.linalg.det(axes)) < 1e-6:
             raise InvalidParameterError(f"camera matrix must have three independent axes, but is {matrix.tolist()}")
@@ -78,6 +101,79 @@ class Camera:
     def position(self) -> Floats:
         """The camera's place in the world, (3,)."""
         return self.matrix[:3, 3]
+
+    @property
+    def has_lens(self) -> bool:
+        """Whether things out of focus are blurred."""
+        return self.kind == "perspective" and self.lens_radius > 0.0
+
+    def through_lens(self, point: Floats) -> Camera:
+        """Give the pinhole camera that sits at a point of the lens.
+
+        Parameters
+        ----------
+        point : (2,) ndarray of float64
+            On the unit disk or the polygon of the aperture.
+
+        Returns
+        -------
+        Camera
+            It sees what is in focus at the same place of the picture; without a lens it is the camera itself.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Thin lens: Potmesil and Chakravarty, SIGGRAPH 1981; by shifted pinholes: Haeberli and Akeley, SIGGRAPH 1990.
+        """
+        if not self.has_lens:
+            return self
+        c, s = math.cos(self.lens_rotation), math.sin(self.lens_rotation)
+        x = self.lens_radius * (c * point[0] - s * point[1]) / self.lens_ratio
+        y = self.lens_radius * (s * point[0] + c * point[1])
+        matrix = self.matrix.copy()
+        matrix[:3, 3] += x * matrix[:3, 0] + y * matrix[:3, 1]
+        left, right, bottom, top = self.window
+        dx, dy = x / self.focus_distance, y / self.focus_distance
+        return replace(self, matrix=matrix, window=(left - dx, right - dx, bottom - dy, top - dy), lens_radius=0.0)
+
+    def sub_window(self, width: int, height: int, step: int, across: int, down: int) -> Camera:
+        """Give the camera of the picture that every `step`-th pixel of this one makes.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of this camera's picture in pixels.
+        step : int
+            From one pixel to the next.
+        across, down : int
+            Size of the smaller picture.
+
+        Returns
+        -------
+        Camera
+            Position (x, y) of its picture is position (step * x, step * y) of this one's.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        left, right, bottom, top = self.window
+        return replace(
+            self,
+            window=(
+                left,
+                left + (right - left) * (step * across / width),
+                top - (top - bottom) * (step * down / height),
+                top,
+            ),
+        )
 
     def rays(self, x: ArrayLike, y: ArrayLike, width: int, height: int) -> tuple[Floats, Floats]:
         """Rays through positions in the picture; they start on the near plane.

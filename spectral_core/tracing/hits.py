@@ -44,6 +44,30 @@ class Hits:
     def __len__(self) -> int:
         return len(self.triangle)
 
+    def take(self, index: NDArray[np.int64]) -> Hits:
+        """Select rays.
+
+        Parameters
+        ----------
+        index : (n,) ndarray of int64
+            Which.
+
+        Returns
+        -------
+        Hits
+            Theirs.
+
+        Raises
+        ------
+        IndexError
+            By numpy, if a ray is not there.
+
+        References
+        ----------
+        Own design.
+        """
+        return Hits(*(np.take(values, index) for values in (self.distance, self.triangle, self.u, self.v)))
+
 
 def offset_origins(points: Array, geometric_normal: Array, directions: Array, radius: float) -> Array:
     """Lift hit points off their surface, to the side the next ray leaves to.

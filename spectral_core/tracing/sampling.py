@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..validation import require_choice, require_in_range, require_integer
 
-__all__ = ["PIXEL_FILTERS", "disk_points", "pixel_offsets", "square_points"]
+__all__ = ["PIXEL_FILTERS", "disk_points", "pixel_offsets", "polygon_points", "square_points"]
 
 PIXEL_FILTERS = ("box", "triangle", "gaussian", "blackman_harris")
 """Names of the pixel filters."""
@@ -85,6 +85,42 @@ def disk_points(square: Floats) -> Floats:
         angle = np.where(wide, 0.25 * np.pi * (b / a), 0.5 * np.pi - 0.25 * np.pi * (a / b))
     angle = np.where(radius == 0.0, 0.0, angle)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def polygon_points(square: Floats, corners: int) -> Floats:
+    """Carry points of the unit square to a regular polygon, areas to areas.
+
+    Parameters
+    ----------
+    square : (S, 2) ndarray of float64
+        Points in [0, 1).
+    corners : int
+        At least 3; the first lies on the x axis.
+
+    Returns
+    -------
+    (S, 2) ndarray of float64
+        Points within the polygon whose corners have norm 1.
+
+    Raises
+    ------
+    InvalidParameterError
+        If there are fewer than 3 corners.
+
+    References
+    ----------
+    Uniform points of a triangle: Turk, "Generating random points in triangles", Graphics Gems (1990).
+    """
+    require_integer("corners", corners, 3)
+    sector = np.floor(square[..., 0] * corners)
+    within = square[..., 0] * corners - sector
+    root = np.sqrt(within)
+    first, second = root * (1.0 - square[..., 1]), root * square[..., 1]
+    turn = 2.0 * np.pi / corners
+    angle = sector * turn
+    x = first * np.cos(angle) + second * np.cos(angle + turn)
+    y = first * np.sin(angle) + second * np.sin(angle + turn)
+    return np.stack([x, y], axis=-1)
 
 
 def pixel_offsets(samples: int, pixel_filter: str = "box", width: float = 1.0, seed: int = 0) -> Floats:

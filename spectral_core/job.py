@@ -1,0 +1,367 @@
+"""One render: everything that is made once for it, and the tasks that its picture is cut into.
+
+A task is worked off by itself, from its pixels to a part of the film, and changes nothing that another could see. So
+tasks may run one after the other, in threads, or in other processes; the parts are the same.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .adaptive import colour_distance
+from .colorimetry import Observer, WavelengthGrid, observer, wavelength_grid
+from .errors import InvalidParameterError, SceneError
+from .film_builder import Deposits, FilmPart, joined_parts
+from .lights import LampPoint, LightSource
+from .plan import RenderPlan, light_sources, make_plan
+from .sample_pattern import SamplePattern, first_samples, interleaving
+from .scene import RenderSettings, Scene
+from .scene_spectra import SceneSpectra
+from .shading import SurfacePoints
+from .statistics import RenderStatistics
+from .sub_pictures import SubPicture, sub_pictures
+from .tracing.geometry import Geometry
+from .transport import Transport
+from .validation import require_integer
+from .visibility import Acceleration, Visibility
+
+__all__ = ["Job", "Task", "TaskResult"]
+
+_TASKS_A_THREAD = 4  # so that threads finish at about the same time
+_SMALLEST_TASK = 1 << 15  # pixels; for fewer, what numpy does not share between threads counts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """Some samples of some pixels.
+
+    Attributes
+    ----------
+    part : SubPicture
+        The pixels.
+    first, end : int
+        Samples: the first, and the one behind the last.
+    chosen : ndarray of int64, shape (n,), optional
+        Which of the part's pixels take them; all when left out.
+    """
+
+    part: SubPicture
+    first: int
+    end: int
+    chosen: NDArray[np.int64] | None = None
+
+    def __len__(self) -> int:
+        pixels = len(self.part) if self.chosen is None else len(self.chosen)
+        return pixels * (self.end - self.first)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaskResult:
+    """What a task found.
+
+    Attributes
+    ----------
+    film : FilmPart
+        The light.
+    difference : ndarray of float32, shape (N,), or None
+        Colour distance between the two halves of the samples, where more samples depend on it.
+    buffers : dict of str to ndarray, or None
+        What the first sample met, by buffer; None for a task without the first sample.
+    statistics : RenderStatistics
+        Counts and times of the task alone.
+    """
+
+    film: FilmPart
+    difference: NDArray[np.float32] | None
+    buffers: dict[str, NDArray[Any]] | None
+    statistics: RenderStatistics
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """A render that is ready to be worked off.
+
+    Attributes
+    ----------
+    scene : Scene
+        What is rendered; it has a camera.
+    settings : RenderSettings
+        How.
+    plan, spectra, observer, grid
+        What the scene requires, and its spectral side.
+    geometry, visibility, sources
+        The triangles, who sees whom, and what sends light.
+    pattern : SamplePattern
+        The points of all samples.
+    step : int
+        How many sub-pictures a side the picture is cut into.
+    seconds : float
+        Time that the preparation took.
+    """
+
+    scene: Scene
+    settings: RenderSettings
+    plan: RenderPlan
+    spectra: SceneSpectra
+    observer: Observer
+    grid: WavelengthGrid
+    geometry: Geometry
+    visibility: Visibility
+    sources: tuple[LightSource, ...]
+    pattern: SamplePattern
+    step: int
+    seconds: float
+
+    @classmethod
+    def prepare(
+        cls,
+        scene: Scene,
+        settings: RenderSettings,
+        rows: int | None = None,
+        acceleration: Acceleration | None = None,
+        progress: Callable[[float, str], None] = lambda fraction, message: None,
+    ) -> Job:
+        """Make what all tasks share.
+
+        Parameters
+        ----------
+        scene : Scene
+            What to render.
+        settings : RenderSettings
+            How.
+        rows : int, optional
+            Render only so many rows, spread evenly over the picture.
+        acceleration : Acceleration, optional
+            Of the scene's triangles, in the settings' precision, where there is one already.
+        progress : callable
+            Told what is being done.
+
+        Returns
+        -------
+        Job
+            Ready to run.
+
+        Raises
+        ------
+        SceneError
+            If the scene has no camera.
+        InvalidParameterError
+            If a spectrum or parameter is invalid.
+
+        References
+        ----------
+        Own design.
+        """
+        started = time.perf_counter()
+        camera = scene.camera
+        if camera is None:
+            raise SceneError(f"scene '{scene.name}' has no camera")
+        thinness = 1.0
+        if rows is not None:
+            require_integer("rows", rows, 1, settings.height)
+            thinness = rows / settings.height
+            settings = replace(settings, height=rows)
+        dtype = np.dtype(np.float64 if settings.precision == "float64" else np.float32)
+        if acceleration is None:
+            progress(0.0, "gathering triangles")
+            acceleration = Acceleration(Geometry.from_instances(scene.instances, dtype))
+        geometry = acceleration.geometry
+        if geometry.dtype != dtype:
+            raise InvalidParameterError(f"the triangles must be {dtype}, as the settings ask, but are {geometry.dtype}")
+        progress(0.0, "planning")
+        plan = make_plan(scene, settings, geometry)
+        spectra = SceneSpectra.from_scene(scene)
+        sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
+        # A lamp without luminance should fail before the first ray, not after minutes; every lamp has a direct term.
+        spectra.tristimulus_table(plan.direct_terms, sees, grid)
+        step = interleaving(settings, plan.is_sampled or camera.has_lens)
+        return cls(
+            scene=scene,
+            settings=settings,
+            plan=plan,
+            spectra=spectra,
+            observer=sees,
+            grid=grid,
+            geometry=geometry,
+            visibility=Visibility(acceleration, camera, settings.width, settings.height),
+            sources=light_sources(plan, scene, geometry),
+            pattern=SamplePattern.make(
+                settings, step, tuple(source.points for source in plan.sources), camera.lens_blades, thinness
+            ),
+            step=step,
+            seconds=time.perf_counter() - started,
+        )
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Whether some samples are taken only where the first ones differ."""
+        return first_samples(self.settings) < self.settings.samples
+
+    def tasks(self, workers: int) -> list[Task]:
+        """Cut the picture up for the samples that every pixel takes.
+
+        Parameters
+        ----------
+        workers : int
+            How many work at a time.
+
+        Returns
+        -------
+        list of Task
+            In the order in which their parts join the film.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        settings = self.settings
+        most = settings.band_samples
+        if workers > 1 and self.step == 1:
+            share = settings.width * settings.height // (workers * _TASKS_A_THREAD)
+            most = min(most, max(share, _SMALLEST_TASK))
+        end = first_samples(settings)
+        return [Task(part, 0, end) for part in sub_pictures(settings.width, settings.height, self.step, most)]
+
+    def further_tasks(self, tasks: list[Task], differs: NDArray[np.bool_]) -> list[Task]:
+        """List what is left to do where the first samples differ.
+
+        Parameters
+        ----------
+        tasks : list of Task
+            Those of :meth:`tasks`.
+        differs : ndarray of bool, shape (H * W,)
+            The pixels.
+
+        Returns
+        -------
+        list of Task
+            In the same order; parts of which no pixel differs are left out.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        found = ((task, np.flatnonzero(differs[task.part.pixels])) for task in tasks)
+        return [
+            Task(task.part, task.end, self.settings.samples, chosen) for task, chosen in found if len(chosen)
+        ]
+
+    def run(self, task: Task, stop_if_cancelled: Callable[[], None] = lambda: None) -> TaskResult:
+        """Work a task off.
+
+        Parameters
+        ----------
+        task : Task
+            One of this job's.
+        stop_if_cancelled : callable
+            Asked often; raises when the caller wants an end.
+
+        Returns
+        -------
+        TaskResult
+            What was found.
+
+        Raises
+        ------
+        RenderCancelledError
+            If `stop_if_cancelled` said so.
+        InvalidParameterError
+            If a parameter turns out to be invalid.
+
+        References
+        ----------
+        Tominaga 1996, Eqs. 4-13.
+        """
+        statistics = RenderStatistics()
+        pixels = task.part.pixels if task.chosen is None else task.part.pixels[task.chosen]
+        is_judged = self.is_adaptive and task.first == 0
+        halves = np.array_split(np.arange(task.first, task.end), 2 if is_judged else 1)
+        buffers = None
+        parts = []
+        for samples in halves:
+            film = Deposits(pixels, self.settings.width, self.geometry.dtype)
+            transport = Transport(
+                self.scene,
+                self.settings,
+                self.plan,
+                self.spectra,
+                self.observer,
+                self.sources,
+                self.geometry,
+                self.visibility,
+                film,
+                statistics,
+                stop_if_cancelled,
+            )
+            for sample in samples.tolist():
+                found = self._sample(task, sample, transport, film, statistics)
+                if sample == 0:
+                    buffers = found
+            with statistics.timed("film"):
+                parts.append(film.merge(len(samples)))
+        difference = None
+        if is_judged:
+            with statistics.timed("film"):
+                one, other = (part.tristimulus(self.spectra, self.observer, self.grid) for part in parts)
+                difference = colour_distance(one, other)
+        with statistics.timed("film"):
+            merged = joined_parts(parts)
+        return TaskResult(merged, difference, buffers, statistics)
+
+    def _sample(
+        self, task: Task, sample: int, transport: Transport, film: Deposits, statistics: RenderStatistics
+    ) -> dict[str, NDArray[Any]] | None:
+        """Follow one sample of each pixel; return what the first of all samples met."""
+        part, number = task.part, task.part.number
+        transport.stop_if_cancelled()
+        with statistics.timed("visibility"):
+            hits, directions, depth = self.visibility.primary(
+                part, self.pattern.offsets[sample], self.pattern.lens[number, sample]
+            )
+            if task.chosen is not None:
+                hits, directions = hits.take(task.chosen), directions[task.chosen]
+        statistics.camera_rays += len(hits)
+        found = hits.hit
+        film.count_hits(np.flatnonzero(found))
+        points = transport.from_camera(
+            np.arange(len(hits)), hits, directions, self._lamp_points(number, sample)
+        )
+        return self._buffers(points, len(hits), depth) if sample == 0 else None
+
+    def _lamp_points(self, number: int, sample: int) -> list[list[LampPoint]]:
+        aim = self.geometry.centre
+        return [
+            [source.lamp_point(u, aim) for u in unit_squares[number, sample]]
+            for source, unit_squares in zip(self.sources, self.pattern.lamps, strict=True)
+        ]
+
+    def _buffers(self, points: SurfacePoints, count: int, depth: NDArray[np.floating[Any]]) -> dict[str, NDArray[Any]]:
+        values: dict[str, NDArray[Any]] = {"depth": depth.astype(np.float32)}
+        for name in self.settings.buffers:
+            if name == "normal":
+                met, otherwise = points.normal, 0.0
+            elif name == "position":
+                met, otherwise = points.position + self.geometry.centre, 0.0
+            elif name == "object_index":
+                met, otherwise = self.geometry.instance_index[points.triangle], -1
+            else:
+                met, otherwise = points.material, -1
+            array = np.full((count, *met.shape[1:]), otherwise, np.float32 if met.ndim == 2 else np.int32)
+            array[points.ray] = met
+            values[name] = array
+        return values
+

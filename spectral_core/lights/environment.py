@@ -1,0 +1,210 @@
+"""Light from all around: an evenly bright world, or a picture of one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidParameterError
+from ..validation import require_finite, require_shape
+from .base import Floats, Illumination, LampPoint, Vector
+
+__all__ = ["EnvironmentImage", "EnvironmentLight"]
+
+_SPHERE = 4.0 * math.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnvironmentImage:
+    """A picture of everything around, in longitude and latitude.
+
+    Attributes
+    ----------
+    pixels : array_like, shape (H, W, 3)
+        Linear Rec.709 radiance, at least 0; row 0 is the zenith. A world direction (x, y, z), turned by `rotation`, is
+        found at the column (1/2 - atan2(y, x) / 2 pi) W and the row (1/2 - latitude / pi) H, as in Blender.
+    rotation : array_like, shape (3, 3), optional
+        From world directions to those of the picture.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a shape is wrong, or a value is negative or not finite.
+
+    References
+    ----------
+    Conventions: Blender manual, Environment Texture (equirectangular).
+    """
+
+    pixels: NDArray[np.float32]
+    rotation: Vector = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        pixels = np.asarray(self.pixels, np.float32)
+        if pixels.ndim != 3 or pixels.shape[2] != 3 or not pixels.size:
+            raise InvalidParameterError(f"environment pixels must have the shape (H, W, 3), but have {pixels.shape}")
+        if not (np.isfinite(pixels).all() and pixels.min() >= 0.0):
+            raise InvalidParameterError("environment pixels must be finite and at least 0")
+        rotation = require_finite("environment rotation", self.rotation)
+        require_shape("environment rotation", rotation, (3, 3))
+        object.__setattr__(self, "pixels", pixels)
+        object.__setattr__(self, "rotation", rotation)
+
+    def radiance(self, directions: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+        """Look up directions, linearly between the middles of pixels.
+
+        Parameters
+        ----------
+        directions : ndarray, shape (N, 3)
+            Unit vectors, in the world.
+
+        Returns
+        -------
+        ndarray of float32, shape (N, 3)
+            Linear Rec.709.
+
+        Raises
+        ------
+        ValueError
+            From numpy if the last axis is not 3 long.
+
+        References
+        ----------
+        Own design.
+        """
+        x, y, z = (directions.astype(np.float64) @ self.rotation.T).T
+        height, width, _ = self.pixels.shape
+        column = (0.5 - np.arctan2(y, x) / (2.0 * math.pi)) * width - 0.5
+        row = np.clip((0.5 - np.arctan2(z, np.hypot(x, y)) / math.pi) * height - 0.5, 0.0, height - 1.0)
+        left, top = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
+        across, down = (column - left)[:, None], (row - top)[:, None]
+        below = np.minimum(top + 1, height - 1)
+        left, right = left % width, (left + 1) % width
+        upper = self.pixels[top, left] * (1.0 - across) + self.pixels[top, right] * across
+        lower = self.pixels[below, left] * (1.0 - across) + self.pixels[below, right] * across
+        return np.asarray(upper * (1.0 - down) + lower * down, np.float32)
+
+
+class EnvironmentLight:
+    """The world as a source of light, one direction at a time.
+
+    Parameters
+    ----------
+    image : EnvironmentImage, optional
+        Where it shines from; evenly from everywhere when left out.
+    name : str
+        Of the world.
+    """
+
+    casts_shadow = True
+    is_extended = True
+    receivers: frozenset[int] | None = None
+
+    def __init__(self, image: EnvironmentImage | None = None, name: str = "World") -> None:
+        self.image = image
+        self.name = name
+        self._rows: Vector | None = None
+        self._columns: Vector | None = None
+        if image is not None:
+            height = image.pixels.shape[0]
+            latitude = math.pi * (0.5 - (np.arange(height) + 0.5) / height)
+            brightness = image.pixels.astype(np.float64).sum(axis=2) * np.cos(latitude)[:, None]
+            # An even part keeps directions between bright pixels from being missed.
+            brightness += 0.05 * brightness.mean() * np.cos(latitude)[:, None] + 1e-300
+            self._columns = np.cumsum(brightness, axis=1)
+            self._rows = np.cumsum(self._columns[:, -1])
+
+    def lamp_point(self, unit_square: Vector, aim: Vector) -> LampPoint:
+        """Choose a direction, of a picture with a chance proportional to its brightness.
+
+        Parameters
+        ----------
+        unit_square : ndarray of float64, shape (3,)
+            Random numbers from 0 to 1; the third is not used.
+        aim : ndarray of float64, shape (3,)
+            Not used.
+
+        Returns
+        -------
+        LampPoint
+            The direction; its factor is the inverse of its probability density over the sphere, and its weights are
+            the radiances of the picture's primaries.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Importance sampling of pictures: Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 14.2.4.
+        """
+        u, v = float(unit_square[0]), float(unit_square[1])
+        if self.image is None or self._rows is None or self._columns is None:
+            z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
+            across = math.sqrt(max(1.0 - z * z, 0.0))
+            return LampPoint(
+                to_light=np.array([across * math.cos(angle), across * math.sin(angle), z]), factor=_SPHERE
+            )
+        height, width = self._columns.shape
+        row, below = _choose(self._rows, u)
+        column, aside = _choose(self._columns[row], v)
+        latitude = math.pi * (0.5 - (row + below) / height)
+        longitude = 2.0 * math.pi * (0.5 - (column + aside) / width)
+        local = np.array(
+            [
+                math.cos(latitude) * math.cos(longitude),
+                math.cos(latitude) * math.sin(longitude),
+                math.sin(latitude),
+            ]
+        )
+        direction = self.image.rotation.T @ local
+        direction /= np.linalg.norm(direction)
+        chance = (self._columns[row, column] - (self._columns[row, column - 1] if column else 0.0)) / self._rows[-1]
+        solid_angle = (2.0 * math.pi / width) * (math.pi / height) * max(math.cos(latitude), 1e-12)
+        red, green, blue = self.image.radiance(direction[None])[0].tolist()
+        return LampPoint(to_light=direction, factor=solid_angle / chance, weights=(red, green, blue))
+
+    def illuminate(self, points: Floats, centre: Vector, at: LampPoint | None = None) -> Illumination:
+        """Direction, distance and irradiance of N points from one direction, for a radiance of 1.
+
+        Parameters
+        ----------
+        points : ndarray, shape (N, 3)
+            Points relative to `centre` (m), float32 or float64.
+        centre : ndarray, shape (3,)
+            Not used.
+        at : LampPoint
+            The direction.
+
+        Returns
+        -------
+        Illumination
+            In the dtype of `points`; the distance is infinite.
+
+        Raises
+        ------
+        ValueError
+            If no direction is given.
+
+        References
+        ----------
+        Own design.
+        """
+        if at is None or at.to_light is None:
+            raise ValueError("light from all around needs a direction")
+        count, dtype = len(points), points.dtype
+        direction = np.broadcast_to(at.to_light.astype(dtype), (count, 3))
+        return Illumination(direction, np.full(count, np.inf, dtype), np.full(count, at.factor, dtype))
+
+
+def _choose(cumulative: Vector, u: float) -> tuple[int, float]:
+    """Index with a chance proportional to its share, and how far through the share `u` is."""
+    wanted = u * cumulative[-1]
+    index = min(int(np.searchsorted(cumulative, wanted, side="right")), len(cumulative) - 1)
+    before = cumulative[index - 1] if index else 0.0
+    share = cumulative[index] - before
+    return index, float(np.clip((wanted - before) / share, 0.0, 1.0)) if share > 0.0 else 0.5
