@@ -98,7 +98,9 @@ def _differs(one: Any, other: Any) -> bool:
 
 
 def _emitters(scene: Any, finished: Any, differences: list[str]) -> tuple[Any, ...]:
-    *lamps, world = finished.render.spectra.emitters
+    emitters = finished.render.spectra.emitters
+    lamps = [emitter for emitter in emitters if emitter.kind == "lamp"]
+    world, *surfaces = emitters[len(lamps) :]
     then = {light.name: light for light in finished.exported.scene.lights}
     now: dict[str, Any] = {}
     for name in dict.fromkeys(lamp.name for lamp in lamps):
@@ -118,7 +120,7 @@ def _emitters(scene: Any, finished: Any, differences: list[str]) -> tuple[Any, .
         else replace(lamp, illuminant=now[lamp.name].illuminant, strength=now[lamp.name].strength)
         for lamp in lamps
     ]
-    return (*relit, _world(scene, world, differences))
+    return (*relit, _world(scene, world, differences), *surfaces)
 
 
 def _light(light: Any) -> Any | None:
@@ -157,6 +159,9 @@ def _slots(finished: Any, differences: list[str]) -> tuple[Any, ...]:
     now: dict[str, dict[str, Any]] = {}
     slots = []
     for slot in finished.render.spectra.slots:
+        if slot.component.startswith(core.IMAGE):
+            slots.append(slot)
+            continue
         if slot.material not in now:
             material = _material(slot.material)
             now[slot.material] = {s.component: s.reflectance for s in core.slots_of_material(slot.material, material)}

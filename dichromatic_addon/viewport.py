@@ -98,15 +98,15 @@ class ProgressivePicture:
     ----------
     exported : ExportedScene
         What is shown.
-    geometry : Geometry
-        The triangles of its instances.
+    acceleration : Acceleration
+        What is known of its triangles.
     view : View
         From where.
     """
 
-    def __init__(self, exported: ExportedScene, geometry: Any, view: View) -> None:
+    def __init__(self, exported: ExportedScene, acceleration: Any, view: View) -> None:
         self._exported = exported
-        self._geometry = geometry
+        self._acceleration = acceleration
         self._view = view
         self._passes = passes_of(view.finest, exported.settings.samples)
         self._bands = self._render()
@@ -149,7 +149,7 @@ class ProgressivePicture:
                 filter_width=exported.settings.filter_width if step.samples > 1 else 1.0,
             )
             scene = replace(exported.scene, camera=self._camera(step.step, width, height))
-            for band in core.render_bands(scene, settings, geometry=self._geometry):
+            for band in core.render_bands(scene, settings, acceleration=self._acceleration):
                 self._paint(band, step.step)
                 self._done = (number + (band.first_row + len(band.tristimulus)) / height) / len(self._passes)
                 yield
@@ -174,7 +174,7 @@ class ViewSession:
 
     def __init__(self) -> None:
         self._exported: ExportedScene | None = None
-        self._geometry: Any = None
+        self._acceleration: Any = None
         self._view_key = b""
         self._picture: ProgressivePicture | None = None
         self._texture: Any = None
@@ -188,7 +188,7 @@ class ViewSession:
             view = core.Camera(np.eye(4), (-1.0, 1.0, -1.0, 1.0)), Region(1, 1, 0, 0, 1, 1)  # replaced at each redraw
             exported = export_scene(depsgraph, view=view)
             dtype = np.float64 if exported.settings.precision == "float64" else np.float32
-            self._geometry = core.Geometry.from_instances(exported.scene.instances, dtype)
+            self._acceleration = core.Acceleration(core.Geometry.from_instances(exported.scene.instances, dtype))
         except core.DichromaticError as error:
             self.problem = str(error)
         else:
@@ -201,7 +201,7 @@ class ViewSession:
             return False
         if self._picture is None or view.key != self._view_key:
             self._view_key = view.key
-            self._picture = ProgressivePicture(self._exported, self._geometry, view)
+            self._picture = ProgressivePicture(self._exported, self._acceleration, view)
         try:
             if self._picture.advance(seconds):
                 self._texture = None

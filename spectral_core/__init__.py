@@ -58,7 +58,7 @@ from .renderer import Band, Render, render, render_bands
 from .resampling import resample
 from .rgb_uplift import uplift
 from .scene import Emission, RenderSettings, Scene, World
-from .scene_spectra import SceneSpectra, slots_of_material
+from .scene_spectra import IMAGE, SceneSpectra, slots_of_material
 from .spectra import REFERENCE_WAVELENGTHS_NM, Spectrum, blackbody, daylight, gaussian
 from .spectral_exr import write_spectral_exr
 from .spectrum_files import read_optical_constants, read_spectra, read_spectrum, write_spectrum
@@ -81,6 +81,7 @@ __all__ = [
     "EXTENSIONS",
     "GAMUT_METHODS",
     "GRID_PRESETS",
+    "IMAGE",
     "IMAGE_SUFFIXES",
     "INTERPOLATIONS",
     "LIGHT_COMPONENTS",

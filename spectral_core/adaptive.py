@@ -15,9 +15,7 @@ __all__ = ["colour_distance", "pixels_that_differ"]
 _BRIGHTEST = 8.0  # display whites; beyond, a difference is not seen
 
 
-def colour_distance(
-    one: NDArray[np.floating[Any]], other: NDArray[np.floating[Any]]
-) -> NDArray[np.float32]:
+def colour_distance(one: NDArray[np.floating[Any]], other: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     """How different two estimates of the same colours look.
 
     Parameters
@@ -43,9 +41,7 @@ def colour_distance(
     return np.asarray(np.linalg.norm(first - second, axis=-1), np.float32)
 
 
-def pixels_that_differ(
-    distance: NDArray[np.float32], height: int, width: int, threshold: float
-) -> NDArray[np.bool_]:
+def pixels_that_differ(distance: NDArray[np.float32], height: int, width: int, threshold: float) -> NDArray[np.bool_]:
     """Choose the pixels that take more samples.
 
     Parameters

@@ -46,9 +46,7 @@ class FilmPart:
     hits: NDArray[np.float32]
     fixed: NDArray[np.float64] | None
 
-    def tristimulus(
-        self, spectra: SceneSpectra, observer: Observer, grid: WavelengthGrid
-    ) -> NDArray[np.floating[Any]]:
+    def tristimulus(self, spectra: SceneSpectra, observer: Observer, grid: WavelengthGrid) -> NDArray[np.floating[Any]]:
         """Colour of the part's pixels.
 
         Parameters
@@ -328,18 +326,14 @@ class FilmBuilder:
         for samples, image in self._fixed.items():
             weighed = image * self._share(samples, slice(None))[:, None]
             fixed = weighed if fixed is None else fixed + weighed
-        return Film(
-            self._width, self._height, blocks, coverage, None if fixed is None else fixed.reshape(*shape, 3)
-        )
+        return Film(self._width, self._height, blocks, coverage, None if fixed is None else fixed.reshape(*shape, 3))
 
     def _share(self, samples: int, pixels: NDArray[np.int32] | slice) -> NDArray[np.float32]:
         """Weight of a mean over so many samples in that over all samples of a pixel."""
         return np.float32(samples) / np.maximum(self._samples[pixels], 1).astype(np.float32)
 
     def _joined(self, terms: Terms, kept: list[tuple[int, FilmBlock]]) -> FilmBlock:
-        return _joined_blocks(
-            terms, [_weighed(block, self._share(samples, block.pixels)) for samples, block in kept]
-        )
+        return _joined_blocks(terms, [_weighed(block, self._share(samples, block.pixels)) for samples, block in kept])
 
     def _fixed_image(self, samples: int) -> NDArray[np.float32]:
         if samples not in self._fixed:

@@ -256,9 +256,7 @@ class Job:
         Own design.
         """
         found = ((task, np.flatnonzero(differs[task.part.pixels])) for task in tasks)
-        return [
-            Task(task.part, task.end, self.settings.samples, chosen) for task, chosen in found if len(chosen)
-        ]
+        return [Task(task.part, task.end, self.settings.samples, chosen) for task, chosen in found if len(chosen)]
 
     def run(self, task: Task, stop_if_cancelled: Callable[[], None] = lambda: None) -> TaskResult:
         """Work a task off.
@@ -337,9 +335,7 @@ class Job:
         statistics.camera_rays += len(hits)
         found = hits.hit
         film.count_hits(np.flatnonzero(found))
-        points = transport.from_camera(
-            np.arange(len(hits)), hits, directions, self._lamp_points(number, sample)
-        )
+        points = transport.from_camera(np.arange(len(hits)), hits, directions, self._lamp_points(number, sample))
         return self._buffers(points, len(hits), depth) if sample == 0 else None
 
     def _lamp_points(self, number: int, sample: int) -> list[list[LampPoint]]:
@@ -352,16 +348,17 @@ class Job:
     def _buffers(self, points: SurfacePoints, count: int, depth: NDArray[np.floating[Any]]) -> dict[str, NDArray[Any]]:
         values: dict[str, NDArray[Any]] = {"depth": depth.astype(np.float32)}
         for name in self.settings.buffers:
+            met: NDArray[Any]
             if name == "normal":
-                met, otherwise = points.normal, 0.0
+                met = points.normal
             elif name == "position":
-                met, otherwise = points.position + self.geometry.centre, 0.0
+                met = points.position + self.geometry.centre
             elif name == "object_index":
-                met, otherwise = self.geometry.instance_index[points.triangle], -1
+                met = self.geometry.instance_index[points.triangle]
             else:
-                met, otherwise = points.material, -1
-            array = np.full((count, *met.shape[1:]), otherwise, np.float32 if met.ndim == 2 else np.int32)
+                met = points.material
+            is_index = met.ndim == 1
+            array = np.full((count, *met.shape[1:]), -1 if is_index else 0.0, np.int32 if is_index else np.float32)
             array[points.ray] = met
             values[name] = array
         return values
-

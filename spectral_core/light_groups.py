@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .colorimetry import observer, wavelength_grid
 from .errors import InvalidParameterError
 from .renderer import Render
-from .scene_spectra import SceneSpectra, Term
+from .scene_spectra import IMAGE, SceneSpectra, Term
 from .validation import require_choice
 
 __all__ = ["LIGHT_COMPONENTS", "LightPart", "component_of", "split_light"]
@@ -83,8 +83,9 @@ def component_of(term: Term, spectra: SceneSpectra) -> str:
     """
     if any(spectra.slots[slot].component.startswith("body") for slot in term.slots):
         return "body"
-    is_lamp = term.emitter < len(spectra.emitters) - 1
-    return "interface" if term.slots or is_lamp else "emission"
+    met = [slot for slot in term.slots if not spectra.slots[slot].component.startswith(IMAGE)]
+    is_lamp = spectra.emitters[term.emitter].kind == "lamp"
+    return "interface" if met or is_lamp else "emission"
 
 
 def split_light(render: Render, parts: Sequence[LightPart]) -> list[NDArray[np.floating[Any]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .atomic_files import replacing
+from .buffers import BUFFERS, SurfaceBuffers
 from .development import Development
 from .display import Display
 from .errors import DichromaticError, InvalidParameterError
@@ -25,7 +27,7 @@ from .statistics import RenderStatistics
 
 __all__ = ["FORMAT_VERSION", "open_render", "save_render"]
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 _FORMAT = "dichromatic-render"
 
 
@@ -56,7 +58,8 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
     if target.suffix.lower() != ".npz":
         raise InvalidParameterError(f"a render is kept in a file that ends in .npz, but the name is {target.name}")
     development = development or Development()
-    arrays: dict[str, NDArray[Any]] = {"coverage": render.film.coverage, "depth": render.depth}
+    arrays: dict[str, NDArray[Any]] = {"coverage": render.film.coverage}
+    arrays |= {f"buffer_{name}": getattr(render.buffers, name) for name in render.buffers.names}
     if render.film.fixed_tristimulus is not None:
         arrays["fixed_tristimulus"] = render.film.fixed_tristimulus
     blocks = []
@@ -74,7 +77,7 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
         "grid": render.grid,
         "blocks": blocks,
         "emitters": [
-            {"name": e.name, "illuminant": store.add(e.illuminant), "strength": e.strength}
+            {"name": e.name, "illuminant": store.add(e.illuminant), "strength": e.strength, "kind": e.kind}
             for e in render.spectra.emitters
         ],
         "slots": [
@@ -168,8 +171,19 @@ def open_render(path: str | os.PathLike[str]) -> tuple[Render, Development]:
 
 
 def _read_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
-    # A damaged archive may also name a compression or an encryption that zipfile does not know.
-    failures = (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)
+    # A damaged archive may also name a compression or an encryption that zipfile does not know, or an array whose
+    # description numpy cannot parse.
+    failures = (
+        OSError,
+        ValueError,
+        EOFError,
+        SyntaxError,
+        tokenize.TokenError,
+        zipfile.BadZipFile,
+        zlib.error,
+        NotImplementedError,
+        RuntimeError,
+    )
     try:
         with open(path, "rb") as file:  # numpy leaves the file open when the archive is broken
             archive = np.load(file, allow_pickle=False)
@@ -181,12 +195,16 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
         raise DichromaticError(f"{path} cannot be read as a render: {error}") from error
 
 
-def _check_film(film: Film, depth: NDArray[Any], spectra: SceneSpectra) -> None:
+def _check_film(film: Film, buffers: SurfaceBuffers, spectra: SceneSpectra) -> None:
     """Raise where the arrays of a film do not fit each other, so that no colour is computed from them."""
     size = film.width * film.height
     shape = (film.height, film.width)
-    if film.coverage.shape != shape or depth.shape != shape:
-        raise InvalidParameterError(f"coverage and depth must have the shape {shape}")
+    if film.coverage.shape != shape:
+        raise InvalidParameterError(f"coverage must have the shape {shape}")
+    for name in buffers.names:
+        wanted = (*shape, 3) if name in ("normal", "position") else shape
+        if getattr(buffers, name).shape != wanted:
+            raise InvalidParameterError(f"{name} must have the shape {wanted}")
     if film.fixed_tristimulus is not None and film.fixed_tristimulus.shape != (*shape, 3):
         raise InvalidParameterError(f"fixed_tristimulus must have the shape {(*shape, 3)}")
     for number, block in enumerate(film.blocks):
@@ -217,13 +235,16 @@ def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Ren
     )
     film = Film(header["width"], header["height"], blocks, arrays["coverage"], arrays.get("fixed_tristimulus"))
     spectra = SceneSpectra(
-        tuple(Emitter(e["name"], spectrum(e["illuminant"]), e["strength"]) for e in header["emitters"]),
+        tuple(Emitter(e["name"], spectrum(e["illuminant"]), e["strength"], e["kind"]) for e in header["emitters"]),
         tuple(
             ReflectanceSlot(s["material"], s["component"], spectrum(s["reflectance"]), s["is_unit"])
             for s in header["slots"]
         ),
     )
-    _check_film(film, arrays["depth"], spectra)
+    buffers = SurfaceBuffers(
+        **{name: arrays[f"buffer_{name}"] for name in ("depth", *BUFFERS) if f"buffer_{name}" in arrays}
+    )
+    _check_film(film, buffers, spectra)
     made = header["development"]
     shown = Display(
         made["display"]["name"],
@@ -236,4 +257,4 @@ def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Ren
         shown, spectrum(made["adopted_white"]), made["adaptation"], made["exposure"], made["gamut"]
     )
     statistics = RenderStatistics(**header["statistics"])
-    return Render(film, spectra, header["observer"], header["grid"], arrays["depth"], statistics), development
+    return Render(film, spectra, header["observer"], header["grid"], buffers, statistics), development

@@ -259,7 +259,9 @@ def render_bands(
     """
     job = Job.prepare(scene, settings or RenderSettings(), None, acceleration)
     assembly = _Assembly.of(job)
-    for found in assembly.rounds(job, 1, lambda tasks: results(job, tasks, 1, _never), _ignore_progress, is_wanted=True):
+    for found in assembly.rounds(
+        job, 1, lambda tasks: results(job, tasks, 1, _never), _ignore_progress, is_wanted=True
+    ):
         yield from found
 
 
@@ -286,9 +288,7 @@ class _Assembly:
         settings, geometry = job.settings, job.geometry
         shape = (settings.height, settings.width)
         return cls(
-            film=FilmBuilder(
-                settings.width, settings.height, job.spectra, job.observer, job.grid, settings.film_bytes
-            ),
+            film=FilmBuilder(settings.width, settings.height, job.spectra, job.observer, job.grid, settings.film_bytes),
             buffers=SurfaceBuffers.empty(settings.height, settings.width, settings.buffers),
             statistics=RenderStatistics(
                 scene=job.scene.name,
@@ -381,9 +381,7 @@ class _Assembly:
         self.statistics.film_bytes = film.nbytes
         self.statistics.terms = len(film.terms)
         self.statistics.is_relightable = film.is_relightable
-        return Render(
-            film, job.spectra, job.settings.observer, job.settings.grid, self.buffers, self.statistics
-        )
+        return Render(film, job.spectra, job.settings.observer, job.settings.grid, self.buffers, self.statistics)
 
 
 def _what(part: SubPicture, height: int) -> str:

@@ -26,7 +26,11 @@ from .textured_reflectance import require_plain
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["Emitter", "ReflectanceSlot", "SceneSpectra", "Term", "slots_of_image", "slots_of_material"]
+__all__ = ["IMAGE", "Emitter", "ReflectanceSlot", "SceneSpectra", "Term", "slots_of_image", "slots_of_material"]
+
+
+IMAGE = "image"
+"""What the components of the slots of an image's primaries begin with."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -57,11 +61,14 @@ class Emitter:
         Relative spectral power distribution.
     strength : float
         Watts, W/m^2 or display whites, as the kind of light has it.
+    kind : str
+        "lamp" of a scene's light, "world", or "surface" of what a material emits.
     """
 
     name: str
     illuminant: Spectrum
     strength: float
+    kind: str = "lamp"
 
     def __post_init__(self) -> None:
         if not isinstance(self.illuminant, Spectrum):
@@ -150,7 +157,7 @@ def slots_of_image(name: str) -> tuple[ReflectanceSlot, ...]:
     Mallett and Yuksel 2019; see :mod:`~spectral_core.rgb_uplift`.
     """
     return tuple(
-        ReflectanceSlot(name, f"image {colour}", basis)
+        ReflectanceSlot(name, f"{IMAGE} {colour}", basis)
         for colour, basis in zip(("red", "green", "blue"), basis_spectra(), strict=True)
     )
 
@@ -194,8 +201,8 @@ class SceneSpectra:
         Own design.
         """
         emitters = [Emitter(light.name, light.illuminant, light.strength) for light in scene.lights]
-        emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength))
-        emitters += [Emitter(e.name, e.illuminant, e.strength) for e in scene.emissions if e is not None]
+        emitters.append(Emitter(scene.world.name, scene.world.illuminant, scene.world.strength, "world"))
+        emitters += [Emitter(e.name, e.illuminant, e.strength, "surface") for e in scene.emissions if e is not None]
         slots: list[ReflectanceSlot] = []
         for name, material in zip(scene.material_names, scene.materials, strict=True):
             slots += slots_of_material(name, material)

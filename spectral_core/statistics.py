@@ -139,7 +139,9 @@ class RenderStatistics:
         ]
         if self.refined_pixels is not None:
             share = self.refined_pixels / max(self.width * self.height, 1)
-            lines.append(f"{self.refined_pixels:,} pixels ({share:.0%}) took all samples, since their first ones differ")
+            lines.append(
+                f"{self.refined_pixels:,} pixels ({share:.0%}) took all samples, since their first ones differ"
+            )
         if self.dropped_triangles:
             lines.append(f"{self.dropped_triangles:,} triangles without area were left out")
         lines.extend(self.plan.splitlines())

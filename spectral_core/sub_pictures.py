@@ -73,9 +73,7 @@ def _tile_order(step: int) -> list[tuple[int, int, int]]:
     order, side = [(0, 0, step)], step
     while side > 1:
         half = side // 2
-        corners = [
-            (x, y) for y in range(0, step, half) for x in range(0, step, half) if (x % side, y % side) != (0, 0)
-        ]
+        corners = [(x, y) for y in range(0, step, half) for x in range(0, step, half) if (x % side, y % side) != (0, 0)]
         # Diagonal neighbours first: they are farthest from what is there.
         corners.sort(key=lambda place: (place[0] % side == 0) + (place[1] % side == 0))
         order += [(x, y, half) for x, y in corners]
@@ -142,4 +140,3 @@ def sub_pictures(width: int, height: int, step: int, most_pixels: int) -> Iterat
         rows = max(1, most_pixels // across)
         for first in range(0, down, rows):
             yield SubPicture(number, column, row, step, across, down, first, min(first + rows, down), width)
-

@@ -186,9 +186,7 @@ class Transport:
                 owner = np.take(self.geometry.instance_index, np.take(points.triangle, candidates))
                 candidates = candidates[np.isin(owner, list(source.receivers))]
         with self.statistics.timed("shadows"):
-            lit = self.visibility.unoccluded(
-                source, at, points, illumination, candidates, is_scattered=depth > 0
-            )
+            lit = self.visibility.unoccluded(source, at, points, illumination, candidates, is_scattered=depth > 0)
         self.statistics.shadow_rays += len(candidates)
         self.statistics.lit_points[source.name] += len(lit)
         return illumination, lit

@@ -27,9 +27,23 @@ STOREYS: tuple[frozenset[str], ...] = (
     frozenset({"colorimetry", "display", "display_files", "rgb_uplift", "library", "synthetic_reflectances"}),
     frozenset({"textures", "textured_reflectance", "texture_mixing"}),
     frozenset({"reflection", "tracing"}),
-    frozenset({"lights", "scene_spectra", "scene", "fitting"}),
-    frozenset({"development", "plan", "shading", "film", "visibility", "paths", "statistics", "transport"}),
-    frozenset({"renderer"}),
+    frozenset({"buffers", "lights", "scene_spectra", "scene", "fitting"}),
+    frozenset(
+        {
+            "development",
+            "film",
+            "film_builder",
+            "paths",
+            "plan",
+            "sample_pattern",
+            "shading",
+            "statistics",
+            "sub_pictures",
+            "transport",
+            "visibility",
+        }
+    ),
+    frozenset({"adaptive", "job", "workers", "renderer"}),
     frozenset({"light_groups", "probe", "render_file", "spectral_exr", "studies", "estimate", "tradeoff"}),
 )
 

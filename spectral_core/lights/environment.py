@@ -146,9 +146,7 @@ class EnvironmentLight:
         if self.image is None or self._rows is None or self._columns is None:
             z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
             across = math.sqrt(max(1.0 - z * z, 0.0))
-            return LampPoint(
-                to_light=np.array([across * math.cos(angle), across * math.sin(angle), z]), factor=_SPHERE
-            )
+            return LampPoint(to_light=np.array([across * math.cos(angle), across * math.sin(angle), z]), factor=_SPHERE)
         height, width = self._columns.shape
         row, below = _choose(self._rows, u)
         column, aside = _choose(self._columns[row], v)

@@ -115,4 +115,3 @@ class PointLight:
         distance, to_light = normalise((position - centre).astype(points.dtype) - points)
         middle = (self.position - centre).astype(points.dtype) if self.is_extended else None
         return Illumination(to_light, distance, sphere_irradiance(points, distance, middle, self.radius))
-

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from spectral_core.colorimetry import observer, wavelength_grid
 from spectral_core.errors import InvalidParameterError, RenderCancelledError, SceneError
-from spectral_core.film import FilmBuilder, add_rows
+from spectral_core.film import add_rows
+from spectral_core.film_builder import Deposits, FilmBuilder
 from spectral_core.library import illuminant
 from spectral_core.lights import PointLight, SpotLight, SunLight
 from spectral_core.plan import make_plan
@@ -26,12 +27,13 @@ def test_merging_is_the_mean_over_samples_whatever_the_order():
     rng = np.random.default_rng(0)
     spectra = SceneSpectra.from_scene(still_life())
     terms = (Term(0, (1,)), Term(1, (0,)))
-    builder = FilmBuilder(5, 4, 7, np.float64, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    builder = FilmBuilder(5, 4, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
     pixels = rng.integers(10, 20, 300)
     values = rng.random((300, 2))
-    builder.deposit(terms, pixels[:100], values[:100])
-    builder.deposit(terms, pixels[100:], values[100:])
-    builder.end_band(2, 4)
+    deposits = Deposits(np.arange(10, 20), 5, np.dtype(np.float64))
+    deposits.deposit(terms, pixels[:100] - 10, values[:100])
+    deposits.deposit(terms, pixels[100:] - 10, values[100:])
+    builder.add(deposits.merge(7))
     block = builder.finish().blocks[0]
     expected = np.zeros((20, 2))
     np.add.at(expected, pixels, values / 7)
@@ -46,15 +48,16 @@ def test_pixels_of_a_deposit_may_come_in_any_order(samples, order):
     rng = np.random.default_rng(1)
     spectra = SceneSpectra.from_scene(still_life())
     terms = (Term(0, (1,)), Term(1, (0,)), Term(2))
-    built = FilmBuilder(9, 6, samples, np.float32, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    built = FilmBuilder(9, 6, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    deposits = Deposits(np.arange(54), 9, np.dtype(np.float32))
     expected = np.zeros((54, 3))
     for _ in range(samples):
         pixels = rng.permutation(54)[:40]
         pixels = np.sort(pixels) if order == "increasing" else pixels
         values = rng.random((40, 3)).astype(np.float32)
         expected[pixels] += values
-        built.deposit(terms, pixels, values)
-    built.end_band(0, 6)
+        deposits.deposit(terms, pixels, values)
+    built.add(deposits.merge(samples))
     (block,) = built.finish().blocks
     assert np.array_equal(block.pixels, np.flatnonzero(expected[:, 0]))
     assert block.pixels.dtype == np.int32
@@ -74,8 +77,7 @@ def test_rows_are_added_where_they_belong():
 
 
 def test_a_coefficient_that_is_not_finite_is_refused_with_its_pixel():
-    spectra = SceneSpectra.from_scene(still_life())
-    builder = FilmBuilder(5, 4, 1, np.float64, spectra, observer("cie_1931_2"), wavelength_grid("exact"))
+    builder = Deposits(np.arange(20), 5, np.dtype(np.float64))
     with pytest.raises(InvalidParameterError, match=r"pixel \(3, 1\) is not finite"):
         builder.deposit((Term(0),), np.array([8]), np.array([[np.nan]]))
     with pytest.raises(InvalidParameterError, match=r"pixel \(1, 2\) is not finite"):
@@ -240,7 +242,7 @@ def test_lights_that_reach_nothing_are_left_out_or_named():
     below = SunLight((0.0, 0.0, -1.0), 1.0, illuminant("A"), "below the floor")
     lit = Scene(scene.instances, scene.materials, [key, away, below], scene.camera, scene.world, scene.material_names)
     made = render(lit, RenderSettings(**SMALL))
-    assert "- shadow rays and shading for light 'away': its cone misses the whole scene" in made.statistics.plan
+    assert "- shadow rays and shading for light 'away': it shines past the whole scene" in made.statistics.plan
     assert made.statistics.lit_points.keys() == {"key", "below the floor"}
     assert made.statistics.lit_points["below the floor"] == 0
     assert "light 'below the floor' reached nothing that is seen" in made.statistics.describe()

@@ -95,7 +95,7 @@ def metameric_pair():
         ("pixels_0", lambda a: a + 10_000, "pixels of block 0"),
         ("pixels_0", lambda a: a[::-1], "pixels of block 0"),
         ("coefficients_0", lambda a: a[:, :1], "block 0 must have a row a pixel and a column a term"),
-        ("coverage", lambda a: a[1:], "coverage and depth"),
+        ("coverage", lambda a: a[1:], "coverage must have"),
         ("spectrum_0", lambda a: a[0], "damaged"),
         ("spectrum_0", lambda a: -a, "damaged"),
     ],
