@@ -66,9 +66,8 @@ from .studies import contact_sheet, metamerism_map, relit_by
 from .texture_mixing import filtered, mixture, uplift_texture, weighted_reflectance
 from .textured_reflectance import TexturedReflectance, require_plain
 from .textures import EXTENSIONS, INTERPOLATIONS, ImageTexture
-from .tracing import Camera, Geometry, Instance, Mesh
+from .tracing import Acceleration, AccelerationCache, Camera, Geometry, Instance, Mesh
 from .tradeoff import QUALITIES, Measurement, Tradeoff, measure_tradeoff, quality_settings
-from .visibility import Acceleration
 
 __version__ = "0.1.0"
 
@@ -91,6 +90,7 @@ __all__ = [
     "REFERENCE_WAVELENGTHS_NM",
     "SRGB_WHITE",
     "Acceleration",
+    "AccelerationCache",
     "AreaLight",
     "Band",
     "Camera",

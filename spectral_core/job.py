@@ -26,10 +26,11 @@ from .scene_spectra import SceneSpectra
 from .shading import SurfacePoints
 from .statistics import RenderStatistics
 from .sub_pictures import SubPicture, sub_pictures
+from .tracing.acceleration import Acceleration
 from .tracing.geometry import Geometry
 from .transport import Transport
 from .validation import require_integer
-from .visibility import Acceleration, Visibility
+from .visibility import Visibility
 
 __all__ = ["Job", "Task", "TaskResult"]
 
@@ -126,6 +127,7 @@ class Job:
         rows: int | None = None,
         acceleration: Acceleration | None = None,
         progress: Callable[[float, str], None] = lambda fraction, message: None,
+        stop_if_cancelled: Callable[[], None] = lambda: None,
     ) -> Job:
         """Make what all tasks share.
 
@@ -141,6 +143,8 @@ class Job:
             Of the scene's triangles, in the settings' precision, where there is one already.
         progress : callable
             Told what is being done.
+        stop_if_cancelled : callable
+            Asked often; raises when the caller wants an end.
 
         Returns
         -------
@@ -170,10 +174,11 @@ class Job:
         dtype = np.dtype(np.float64 if settings.precision == "float64" else np.float32)
         if acceleration is None:
             progress(0.0, "gathering triangles")
-            acceleration = Acceleration(Geometry.from_instances(scene.instances, dtype))
+            acceleration = Acceleration(Geometry.from_instances(scene.instances, dtype, stop_if_cancelled))
         geometry = acceleration.geometry
         if geometry.dtype != dtype:
             raise InvalidParameterError(f"the triangles must be {dtype}, as the settings ask, but are {geometry.dtype}")
+        stop_if_cancelled()
         progress(0.0, "planning")
         plan = make_plan(scene, settings, geometry)
         spectra = SceneSpectra.from_scene(scene)

@@ -22,8 +22,8 @@ from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra
 from .statistics import RenderStatistics
 from .sub_pictures import SubPicture, refinement
-from .visibility import Acceleration
-from .workers import remote_results, results, thread_count
+from .tracing.acceleration import Acceleration
+from .workers import remote_results, results, stopper, thread_count
 
 __all__ = ["Band", "Cancel", "Progress", "Render", "render", "render_bands"]
 
@@ -206,7 +206,7 @@ def render(
     settings = settings or RenderSettings()
     tell, is_cancelled = progress or _ignore_progress, cancel or _never
     started = time.perf_counter()
-    job = Job.prepare(scene, settings, rows, acceleration, tell)
+    job = Job.prepare(scene, settings, rows, acceleration, tell, stopper(is_cancelled))
     workers = thread_count(settings)
     if executor is not None:
         workers = getattr(executor, "_max_workers", None) or workers

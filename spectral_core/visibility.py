@@ -1,6 +1,5 @@
 """Who is seen and who is lit: picks the way to find out, so that nothing above it has to know.
 
-What is known of the triangles alone is kept for the next question, and for the next render of the same geometry.
 Several threads may ask at a time.
 """
 
@@ -18,15 +17,14 @@ from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle
 from .shading import SurfacePoints
 from .sub_pictures import SubPicture
-from .tracing.bvh import Bvh
+from .tracing.acceleration import Acceleration
 from .tracing.camera import Camera
 from .tracing.columns import take_rows
-from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
 from .tracing.rasterize import PrimaryView
 from .tracing.shadows import LightView
 
-__all__ = ["Acceleration", "Visibility"]
+__all__ = ["Visibility"]
 
 _VIEW_BYTES = 1 << 28  # projected triangles that may be kept for the next part of the picture
 _BYTES_A_TRIANGLE = 80
@@ -70,49 +68,6 @@ class _Store:
             return made
 
 
-class Acceleration:
-    """Trees over the triangles of one geometry: made when first needed, and good for as long as it does not change.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        The triangles.
-    """
-
-    def __init__(self, geometry: Geometry) -> None:
-        self.geometry = geometry
-        self._trees = _Store(4)
-
-    def tree(self, members: NDArray[np.bool_] | None = None) -> Bvh:
-        """Give the tree of some triangles; each distinct set is sorted once.
-
-        Parameters
-        ----------
-        members : ndarray of bool, shape (T,), optional
-            Which triangles; all when left out.
-
-        Returns
-        -------
-        Bvh
-            The tree.
-
-        Raises
-        ------
-        None.
-
-        References
-        ----------
-        Own design.
-        """
-        everything = members is None or bool(members.all())
-        key = b"" if everything or members is None else members.tobytes()
-
-        def build() -> Bvh:
-            return Bvh.build(self.geometry, None if everything or members is None else np.flatnonzero(members))
-
-        return self._trees.get(key, build)
-
-
 class Visibility:
     """Answers the two questions of direct light for one scene and camera.
 
@@ -134,7 +89,6 @@ class Visibility:
         self._height = height
         most = max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count))
         self._views = _Store(most)
-        self._light_views = _Store(max(most, 8))
 
     def secondary(self, bundle: PathBundle) -> Hits:
         """Find what mirrored rays meet; things hidden from the camera are seen in mirrors.
@@ -205,7 +159,7 @@ class Visibility:
         smaller = camera.sub_window(self._width, self._height, part.step, part.width, part.height)
 
         def project() -> PrimaryView:
-            return PrimaryView(self._geometry, smaller, part.width, part.height, place)
+            return self._acceleration.primary_view(smaller, part.width, part.height, place)
 
         return self._views.get((place, part.width, part.height, camera.matrix.tobytes(), camera.window), project)
 
@@ -256,18 +210,16 @@ class Visibility:
         position, normal = take_rows(points.position, candidates), take_rows(points.geometric_normal, candidates)
         origins = offset_origins(position, normal, directions, self._geometry.radius)
         own = points.triangle.take(candidates)
+        casting = self._geometry.shadow_visible
         if not (is_scattered or self._is_view_dear(source)):
             blocked = self._light_view(source, at).occluded(origins, own)
         elif at.position is None:
-            blocked = self._shadow_tree().occluded(origins, directions, None, own)
+            blocked = self._acceleration.tree(casting).occluded(origins, directions, None, own)
         else:
             # From the lifted origin to the light itself: the ray is as long as what is left.
             target = self._geometry.recentred(at.position)
-            blocked = self._shadow_tree().occluded(origins, target - origins, 1.0, own)
+            blocked = self._acceleration.tree(casting).occluded(origins, target - origins, 1.0, own)
         return candidates[~blocked]
-
-    def _shadow_tree(self) -> Bvh:
-        return self._acceleration.tree(self._geometry.shadow_visible)
 
     def _is_view_dear(self, source: LightSource) -> bool:
         """Whether looking from the light costs more than rays: once for each of its points, and many triangles.
@@ -281,12 +233,7 @@ class Visibility:
 
     def _light_view(self, source: LightSource, at: LampPoint) -> LightView:
         """Project the triangles towards a point of a light."""
-
-        def project() -> LightView:
-            if at.position is None:
-                return LightView(self._geometry, to_light=at.to_light)
-            return LightView(self._geometry, position=at.position - self._geometry.centre)
-
-        if source.is_extended:
-            return project()  # looked from once, for one part of the picture
-        return self._light_views.get(id(source), project)
+        # Who is asked about is seen by the camera, on the side that faces the light; a lens is more than one camera.
+        camera = None if self._camera.has_lens else self._camera
+        position = None if at.position is None else at.position - self._geometry.centre
+        return self._acceleration.light_view(position, at.to_light, camera, keep=not source.is_extended)

@@ -13,13 +13,12 @@ import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import replace
-from functools import partial
 
 from .errors import RenderCancelledError
 from .job import Job, Task, TaskResult
 from .scene import RenderSettings, Scene
 
-__all__ = ["remote_results", "results", "thread_count"]
+__all__ = ["remote_results", "results", "run_remote", "stopper", "thread_count"]
 
 _POLL_S = 0.03  # between two looks at whether the caller wants an end
 _IN_FLIGHT = 2  # tasks handed out for each worker: enough to keep it busy, few enough to end soon
@@ -85,13 +84,13 @@ def results(job: Job, tasks: list[Task], workers: int, is_cancelled: Callable[[]
     """
     if workers == 1 or len(tasks) == 1:
         for task in tasks:
-            yield job.run(task, partial(_raise_if, is_cancelled))
+            yield job.run(task, stopper(is_cancelled))
         return
     ended = threading.Event()
     with ThreadPoolExecutor(workers, thread_name_prefix="dichromatic") as pool:
         try:
             yield from _in_order(
-                (pool.submit(job.run, task, partial(_raise_if, ended.is_set)) for task in tasks),
+                (pool.submit(job.run, task, stopper(ended.is_set)) for task in tasks),
                 workers,
                 is_cancelled,
             )
@@ -183,13 +182,14 @@ def _in_order(
 ) -> Iterator[TaskResult]:
     """Hand tasks out as workers come free, and give their results back in order."""
     under_way: list[Future[TaskResult]] = []
+    stop_if_cancelled = stopper(is_cancelled)
     try:
         under_way += itertools.islice(futures, workers * _IN_FLIGHT)
         while under_way:
             while not under_way[0].done():
-                _raise_if(is_cancelled)
+                stop_if_cancelled()
                 wait(under_way[:1], timeout=_POLL_S)
-            _raise_if(is_cancelled)
+            stop_if_cancelled()
             yield under_way.pop(0).result()
             busy = sum(not future.done() for future in under_way)
             under_way += itertools.islice(futures, max(workers * _IN_FLIGHT - busy, 0))
@@ -198,6 +198,30 @@ def _in_order(
             future.cancel()
 
 
-def _raise_if(is_cancelled: Callable[[], bool]) -> None:
-    if is_cancelled():
-        raise RenderCancelledError("the render was cancelled")
+def stopper(is_cancelled: Callable[[], bool]) -> Callable[[], None]:
+    """Make a function that ends the work when the caller wants an end.
+
+    Parameters
+    ----------
+    is_cancelled : callable
+        Whether the caller does.
+
+    Returns
+    -------
+    callable
+        Raises RenderCancelledError if so.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+
+    def stop_if_cancelled() -> None:
+        if is_cancelled():
+            raise RenderCancelledError("the render was cancelled")
+
+    return stop_if_cancelled
