@@ -11,6 +11,8 @@ from .material_notes import draw_approximations, draw_energy_warnings, draw_prov
 from .names import ENGINE_ID, SPECTRUM_NODES, SURFACE_NODES
 from .nodes.base import draw_link_problems
 from .nodes.editing import surface_items, surface_node_of
+from .nodes.image_panel import draw_image_node
+from .nodes.images import IMAGE_NODE
 from .output_display import monitor_problem
 from .presets import DICHROMATIC_MT_material_presets
 from .properties import MONITOR, illuminant_problem
@@ -129,6 +131,7 @@ def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
             row.prop(socket, "default_value", text=socket.name.removesuffix(" Reflectance"))
             if socket.type == "RGBA":
                 row.operator("dichromatic.link_spectrum", text="", icon="ADD").input_name = socket.name
+                row.operator("dichromatic.link_image", text="", icon="IMAGE_DATA").input_name = socket.name
             continue
         header, body = layout.panel(f"dichromatic_{socket.name}")
         header.label(text=socket.name)
@@ -139,6 +142,9 @@ def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
 
 
 def _draw_linked(layout: Any, context: Any, source: Any) -> None:
+    if source.bl_idname == IMAGE_NODE:
+        draw_image_node(layout, context, source)
+        return
     if source.bl_idname not in SPECTRUM_NODES:
         layout.label(text=source.label or source.name, icon="NODE")
         return

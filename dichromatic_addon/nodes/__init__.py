@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import bpy
 
-from . import curve, dielectric, editing, handlers, importing, menu, metal, mix, plot, spectrum
+from . import curve, dielectric, editing, handlers, image_panel, importing, menu, metal, mix, plot, spectrum
 from .reading import MaterialReading, read_material
 
 __all__ = ["CLASSES", "MaterialReading", "read_material", "register", "unregister"]
 
 NODES = (*spectrum.CLASSES, *dielectric.CLASSES, *metal.CLASSES, *mix.CLASSES)
-CLASSES = (*NODES, *curve.CLASSES, *editing.CLASSES, *importing.CLASSES, *menu.CLASSES)
+CLASSES = (*NODES, *curve.CLASSES, *editing.CLASSES, *image_panel.CLASSES, *importing.CLASSES, *menu.CLASSES)
 
 
 def register() -> None:

@@ -156,6 +156,8 @@ def unlink_spectrum_node(tree: Any, node: Any, input_name: str) -> None:
             scale = source.inputs["Scale"].default_value
             socket.default_value = (*(part * scale for part in shown[:3]), 1.0)
         tree.links.remove(link)
+        if source.bl_idname == "ShaderNodeTexImage" and not any(output.is_linked for output in source.outputs):
+            tree.nodes.remove(source)
     remove_unused_spectra(tree)
 
 

@@ -100,7 +100,7 @@ def read_foreign_surface(material: Any, origin: Origin, reader: InputReader) -> 
             return read_viewport_colour(material, "it is transparent: left out", is_invisible=True)
         return read_viewport_colour(material, why)
     joined = join(parts)
-    notes = list(parts.notes)
+    notes = [*parts.notes, *reader.notes]
     tints = [body.tint for body in parts.bodies] + [lobe.tint for lobe in parts.lobes]
     if any(tint.colour is not None for tint in tints):
         notes.insert(0, f"the colors of '{origin.node.name}' were uplifted to spectra")

@@ -17,11 +17,12 @@ from .._core import core
 from ..image_reading import image_problem, texture_of
 from .links import Origin, origin_of
 
-__all__ = ["IMAGE_NODE", "Coordinates", "read_texture", "texture_problem"]
+__all__ = ["IMAGE_NODE", "Coordinates", "interpolation_note", "read_texture", "texture_problem"]
 
 IMAGE_NODE = "ShaderNodeTexImage"
 
 _EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
+_INTERPOLATIONS = {"Linear": "linear", "Closest": "closest"}
 _LONGEST_MAPPING = 16  # Mapping nodes in a row; more is taken for a cycle
 
 
@@ -70,6 +71,12 @@ def texture_problem(origin: Origin) -> str:
     return ""
 
 
+def interpolation_note(node: Any) -> str:
+    """Say that an interpolation is replaced by another; an empty string where it is not."""
+    kind = node.interpolation
+    return "" if kind in _INTERPOLATIONS else f"the {kind.lower()} interpolation of '{node.name}' is read as linear"
+
+
 def read_texture(origin: Origin, channel: str, pictures: str) -> tuple[core.ImageTexture, Coordinates]:
     """Read an Image Texture node without a :func:`texture_problem`.
 
@@ -103,7 +110,7 @@ def read_texture(origin: Origin, channel: str, pictures: str) -> tuple[core.Imag
         node.image,
         channel,
         _EXTENSIONS[node.extension],
-        "closest" if node.interpolation == "Closest" else "linear",
+        _INTERPOLATIONS.get(node.interpolation, "linear"),
         transform,
         straight=node.outputs["Alpha"].is_linked,
         pictures=pictures,

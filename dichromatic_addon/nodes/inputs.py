@@ -11,7 +11,7 @@ from .._core import core
 from ..names import SPECTRUM_NODE, SPECTRUM_NODES
 from ..spectrum_sources import uplifted
 from .evaluation import spectrum_of_node
-from .images import IMAGE_NODE, Coordinates, read_texture, texture_problem
+from .images import IMAGE_NODE, Coordinates, interpolation_note, read_texture, texture_problem
 from .links import Origin, origin_of
 
 __all__ = ["InputReader", "Reflectance"]
@@ -33,6 +33,8 @@ class InputReader:
         How fresh the pixels of images must be, see ``image_reading.PICTURES``.
     coordinates : Coordinates or None
         What the images that were read are placed by; None while there were none.
+    notes : list of str
+        What was approximated.
     depth : int
         How deep in mixtures of mixtures the reading is.
     """
@@ -40,6 +42,7 @@ class InputReader:
     material_name: str = ""
     pictures: str = "read"
     coordinates: Coordinates | None = field(default=None, init=False)
+    notes: list[str] = field(default_factory=list, init=False)
     depth: int = field(default=0, init=False)
 
     def place(self, node: Any) -> str:
@@ -154,6 +157,9 @@ class InputReader:
                 "mapping where they use other coordinates"
             )
         self.coordinates = coordinates
+        note = interpolation_note(origin.node)
+        if note and note not in self.notes:
+            self.notes.append(note)
         return texture
 
     def of_spectrum_node(self, node: Any, groups: tuple[Any, ...] = ()) -> Reflectance:

@@ -33,7 +33,8 @@ class MaterialReading:
     material : Material
         Type I, II or III of the core.
     notes : tuple of str
-        What was approximated, for the render statistics; empty where the nodes were ours.
+        What was approximated, for the render statistics; empty where the nodes were ours and their images are read as
+        Blender reads them.
     glow : Glow or None
         The light that the surface gives.
     is_invisible : bool
@@ -79,7 +80,9 @@ def read_material(material: Any, pictures: str = "read") -> MaterialReading:
     origin = surface_origin(tree)
     if origin is not None and not origin.is_unlinked and origin.node.bl_idname in SURFACE_NODES:
         reader = InputReader(material.name, pictures)
-        return MaterialReading(read_surface_node(origin, reader), coordinates=reader.coordinates)
+        made = read_surface_node(origin, reader)
+        notes = tuple(f"material '{material.name}': {note}" for note in reader.notes)
+        return MaterialReading(made, notes, coordinates=reader.coordinates)
     return _of_foreign(read_foreign(material, pictures))
 
 

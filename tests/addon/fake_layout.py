@@ -84,6 +84,12 @@ class FakeLayout:
             drawer.draw_item(None, None, self._sub(), data, item, 0, active_data, active)
         self.drawn.append(("template_list", items))
 
+    def template_ID(self, data: Any, name: str, *, new: str = "", open: str = "", **_: Any) -> None:
+        assert name in data.bl_rna.properties, f"{data} has no property {name}"
+        for idname in (new, open):
+            _require_operator(idname)
+        self.drawn.append(("template_ID", name))
+
     def prop_search(
         self, data: Any, name: str, search_data: Any, search_name: str, *, text: str = "", **_: Any
     ) -> None:

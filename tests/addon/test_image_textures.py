@@ -318,6 +318,14 @@ def test_images_of_foreign_shaders(scene):
         np.testing.assert_allclose(body_at(material, UV), uplifted_at(image, UV), rtol=FLOAT32_ROUNDING)
 
 
+def test_cubic_interpolation_is_noted(card):
+    obj, node = card
+    link_image(node, "Body Reflectance", new_image(), interpolation="Cubic")
+    assert read_material(obj.active_material).notes == (
+        "material 'Card': the cubic interpolation of 'Image Texture' is read as linear",
+    )
+
+
 # --- what cannot be read
 
 

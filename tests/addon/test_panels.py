@@ -13,9 +13,11 @@ from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTR
 from dichromatic_addon.nodes import dielectric, editing, menu, metal, mix
 from dichromatic_addon.nodes import spectrum as spectrum_node
 from dichromatic_addon.nodes.editing import link_spectrum_node, set_surface_node, surface_node_of
+from dichromatic_addon.nodes.image_panel import link_image_node
 from dichromatic_addon.nodes.reading import read_material
 from dichromatic_addon.properties import source_items, white_items
 
+from .building import add_plane
 from .fake_layout import FakeLayout
 
 pytestmark = pytest.mark.bpy
@@ -87,6 +89,27 @@ def test_a_linked_spectrum_is_drawn_in_the_panel_and_in_the_node(scene, source):
     spectrum.draw_compact(in_node)
     assert "source" in in_node.names("prop")
     assert spectrum.draw_label()
+
+
+def test_a_linked_image_is_chosen_and_placed_in_the_panel(scene):
+    plane = add_plane(scene)
+    material = bpy.data.materials.new("Print")
+    node = set_surface_node(material, PLASTIC_NODE)
+    texture = link_image_node(material.node_tree, node, "Body Reflectance")
+    layout = draw(panels.DICHROMATIC_PT_material, scene, material=material, object=plane)
+    assert layout.names("template_ID") == ["image"]
+    assert "no image yet" in " ".join(layout.names("label"))
+    texture.image = bpy.data.images.new("print", 4, 4)
+    mapping = material.node_tree.nodes.new("ShaderNodeMapping")
+    uv = material.node_tree.nodes.new("ShaderNodeUVMap")
+    material.node_tree.links.new(uv.outputs[0], mapping.inputs["Vector"])
+    material.node_tree.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    layout = draw(panels.DICHROMATIC_PT_material, scene, material=material, object=plane)
+    drawn = layout.names("prop")
+    assert {"interpolation", "extension", "name", "alpha_mode", "vector_type", "uv_map"} <= set(drawn)
+    without = draw(panels.DICHROMATIC_PT_material, scene, material=material, object=None)
+    assert "uv_map" in without.names("prop")
+    assert "no image" not in " ".join(layout.names("label"))
 
 
 def test_the_panel_tells_why_a_link_cannot_be_read(scene):
@@ -225,6 +248,10 @@ def test_operators_change_the_active_material(cube):
     socket = surface_node_of(cube).inputs["Interface Reflectance"]
     assert not socket.is_linked
     assert tuple(socket.default_value)[:3] == pytest.approx((0.5,) * 3, rel=2e-3)
+    assert bpy.ops.dichromatic.link_image(input_name="Body Reflectance") == {"FINISHED"}
+    assert surface_node_of(cube).inputs["Body Reflectance"].links[0].from_node.bl_idname == "ShaderNodeTexImage"
+    assert bpy.ops.dichromatic.unlink_spectrum(input_name="Body Reflectance") == {"FINISHED"}
+    assert not [node for node in cube.node_tree.nodes if node.bl_idname == "ShaderNodeTexImage"]
     assert bpy.ops.dichromatic.material_preset(name="Gold") == {"FINISHED"}
     assert surface_node_of(cube).metal == "gold"
 
@@ -233,6 +260,8 @@ def test_operators_name_what_is_missing(cube):
     bpy.ops.dichromatic.set_surface(node_type=PLASTIC_NODE)
     with pytest.raises(RuntimeError, match="no input 'Body'"):
         bpy.ops.dichromatic.link_spectrum(input_name="Body")
+    with pytest.raises(RuntimeError, match="no input 'Body'"):
+        bpy.ops.dichromatic.link_image(input_name="Body")
     with pytest.raises(RuntimeError, match="no material preset 'Adamantium'"):
         bpy.ops.dichromatic.material_preset(name="Adamantium")
 
