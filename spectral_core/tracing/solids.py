@@ -110,7 +110,7 @@ class Solids:
         is 0 for any closed one and for others once in 2**60 times: after Schwartz, J. ACM 27(4), 701-717 (1980).
         """
         first = _runs(geometry.triangles)
-        if len(first) > _PARTS * geometry.triangle_count:
+        if len(first) > max(_PARTS * geometry.triangle_count, 1):
             turns = np.flatnonzero(np.diff(geometry.instance_index)) + 1
             first = np.concatenate([[0], turns, [geometry.triangle_count]])
         if len(first) == 1:
