@@ -8,7 +8,7 @@ number of samples keep geometry and spectra apart. Colour is one small matrix pr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,9 @@ class Film:
     fixed_tristimulus : ndarray, shape (height, width, 3), optional
         Colour that is not kept by terms, because the memory limit was reached or paths were carried at the nodes of a
         wavelength grid; such a film cannot be relit.
+    planes : dict of str to ndarray of float32, shape (height, width)
+        What else was averaged over the samples of each pixel: "held", the part of them that met a holdout; "occluded",
+        the share of the lamps' light that shadows take from what they met.
     """
 
     width: int
@@ -100,6 +103,7 @@ class Film:
     blocks: tuple[FilmBlock, ...]
     coverage: NDArray[np.float32]
     fixed_tristimulus: NDArray[np.float32] | None = None
+    planes: dict[str, NDArray[np.float32]] = field(default_factory=dict)
 
     @property
     def nbytes(self) -> int:

@@ -38,6 +38,8 @@ class FilmPart:
         Samples that met a surface.
     fixed : ndarray of float64, shape (N, 3), or None
         Mean colour of the light that is not kept by terms.
+    planes : dict of str to ndarray of float32, shape (N,)
+        What else was counted, added up over the samples.
     """
 
     pixels: NDArray[np.int64]
@@ -45,6 +47,7 @@ class FilmPart:
     blocks: tuple[FilmBlock, ...]
     hits: NDArray[np.float32]
     fixed: NDArray[np.float64] | None
+    planes: dict[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def tristimulus(self, spectra: SceneSpectra, observer: Observer, grid: WavelengthGrid) -> NDArray[np.floating[Any]]:
         """Colour of the part's pixels.
@@ -110,6 +113,7 @@ class Deposits:
         self._pending: dict[Terms, _Pending] = {}
         self._colour = _Pending()
         self._hits = np.zeros(len(pixels), np.float32)
+        self._planes: dict[str, NDArray[np.float32]] = {}
 
     def deposit(self, terms: Terms, pixels: NDArray[np.int64], coefficients: NDArray[np.floating[Any]]) -> None:
         """Add the light of some samples.
@@ -164,13 +168,15 @@ class Deposits:
             self._colour.pixels.append(pixels)
             self._colour.coefficients.append(tristimulus)
 
-    def count_hits(self, pixels: NDArray[np.int64]) -> None:
+    def count_hits(self, pixels: NDArray[np.int64], share: NDArray[np.floating[Any]] | float = 1.0) -> None:
         """Note which pixels' samples met a surface.
 
         Parameters
         ----------
         pixels : ndarray of int, shape (N,)
             Which of the sub-picture's pixels, each at most once a call.
+        share : ndarray, shape (N,), or float
+            How much of the background each of them hides.
 
         Raises
         ------
@@ -181,7 +187,31 @@ class Deposits:
         ----------
         Own design.
         """
-        self._hits[pixels] += 1.0
+        self._hits[pixels] += np.asarray(share, np.float32)
+
+    def count(self, plane: str, pixels: NDArray[np.int64], values: NDArray[np.floating[Any]] | float = 1.0) -> None:
+        """Add to what is averaged besides light.
+
+        Parameters
+        ----------
+        plane : str
+            One of ``Film.planes``.
+        pixels : ndarray of int, shape (N,)
+            Which of the sub-picture's pixels, each at most once a call.
+        values : ndarray, shape (N,), or float
+            What their samples met.
+
+        Raises
+        ------
+        IndexError
+            If a pixel is not there.
+
+        References
+        ----------
+        Own design.
+        """
+        array = self._planes.setdefault(plane, np.zeros(len(self._pixels), np.float32))
+        array[pixels] += np.asarray(values, np.float32)
 
     def merge(self, samples: int) -> FilmPart:
         """Take the mean over the samples of each pixel.
@@ -210,7 +240,7 @@ class Deposits:
             at, values = np.concatenate(self._colour.pixels), np.concatenate(self._colour.coefficients)
             count = len(self._pixels)
             fixed = np.stack([np.bincount(at, values[:, c], count) for c in range(3)], axis=1) / samples
-        return FilmPart(self._pixels, samples, blocks, self._hits, fixed)
+        return FilmPart(self._pixels, samples, blocks, self._hits, fixed, self._planes)
 
     def _merged(self, terms: Terms, pending: _Pending, samples: int) -> FilmBlock:
         """Mean over the samples of each pixel, added in float64 in the order of the deposits."""
@@ -267,6 +297,7 @@ class FilmBuilder:
         self._bytes = 0
         self._samples = np.zeros(width * height, np.int32)
         self._hits = np.zeros(width * height, np.float32)
+        self._planes: dict[str, NDArray[np.float32]] = {}
         self._fixed: dict[int, NDArray[np.float32]] = {}
         self._is_full = False
 
@@ -289,6 +320,8 @@ class FilmBuilder:
         """
         self._samples[part.pixels] += part.samples
         self._hits[part.pixels] += part.hits
+        for name, values in part.planes.items():
+            self._planes.setdefault(name, np.zeros_like(self._hits))[part.pixels] += values
         if part.fixed is not None:
             self._fixed_image(part.samples)[part.pixels] += part.fixed.astype(np.float32)
         for block in part.blocks:
@@ -321,12 +354,15 @@ class FilmBuilder:
             self._joined(terms, kept) for terms, kept in sorted(self._kept.items(), key=lambda item: item[0])
         )
         shape = (self._height, self._width)
-        coverage = (self._hits / np.maximum(self._samples, 1).astype(np.float32)).reshape(shape)
+        taken = np.maximum(self._samples, 1).astype(np.float32)
+        coverage = (self._hits / taken).reshape(shape)
+        planes = {name: (values / taken).reshape(shape) for name, values in self._planes.items()}
         fixed = None
         for samples, image in self._fixed.items():
             weighed = image * self._share(samples, slice(None))[:, None]
             fixed = weighed if fixed is None else fixed + weighed
-        return Film(self._width, self._height, blocks, coverage, None if fixed is None else fixed.reshape(*shape, 3))
+        colour = None if fixed is None else fixed.reshape(*shape, 3)
+        return Film(self._width, self._height, blocks, coverage, colour, planes)
 
     def _share(self, samples: int, pixels: NDArray[np.int32] | slice) -> NDArray[np.float32]:
         """Weight of a mean over so many samples in that over all samples of a pixel."""
@@ -389,7 +425,11 @@ def joined_parts(parts: list[FilmPart]) -> FilmPart:
             fixed = part.fixed * share if fixed is None else fixed + part.fixed * share
     blocks = tuple(_joined_blocks(terms, alike) for terms, alike in kept.items())
     hits = np.sum([part.hits for part in parts], axis=0, dtype=np.float32)
-    return FilmPart(parts[0].pixels, samples, blocks, hits, fixed)
+    planes: dict[str, NDArray[np.float32]] = {}
+    for part in parts:
+        for name, values in part.planes.items():
+            planes[name] = planes[name] + values if name in planes else values
+    return FilmPart(parts[0].pixels, samples, blocks, hits, fixed, planes)
 
 
 def _weighed(block: FilmBlock, share: NDArray[np.float32]) -> FilmBlock:

@@ -28,6 +28,7 @@ from .statistics import RenderStatistics
 from .sub_pictures import SubPicture, sub_pictures
 from .tracing.acceleration import Acceleration
 from .tracing.geometry import Geometry
+from .tracing.mesh import MASKS
 from .transport import Transport
 from .validation import require_integer
 from .visibility import Visibility
@@ -102,6 +103,8 @@ class Job:
         The points of all samples.
     step : int
         How many sub-pictures a side the picture is cut into.
+    masks : ndarray of int8, or None
+        What camera rays make of each instance, an index into ``MASKS``; None where all are surfaces.
     seconds : float
         Time that the preparation took.
     """
@@ -117,6 +120,7 @@ class Job:
     sources: tuple[LightSource, ...]
     pattern: SamplePattern
     step: int
+    masks: NDArray[np.int8] | None
     seconds: float
 
     @classmethod
@@ -200,6 +204,7 @@ class Job:
                 settings, step, tuple(source.points for source in plan.sources), camera.lens_blades, thinness
             ),
             step=step,
+            masks=_masks(scene),
             seconds=time.perf_counter() - started,
         )
 
@@ -338,10 +343,20 @@ class Job:
             if task.chosen is not None:
                 hits, directions = hits.take(task.chosen), directions[task.chosen]
         statistics.camera_rays += len(hits)
-        found = hits.hit
-        film.count_hits(np.flatnonzero(found))
-        points = transport.from_camera(np.arange(len(hits)), hits, directions, self._lamp_points(number, sample))
-        return self._buffers(points, len(hits), depth) if sample == 0 else None
+        lamp_points = self._lamp_points(number, sample)
+        plain = np.arange(len(hits))
+        if self.masks is not None:
+            found = np.flatnonzero(hits.hit)
+            mask = np.zeros(len(hits), np.int8)
+            mask[found] = self.masks[self.geometry.instance_index[hits.triangle[found]]]
+            film.count("held", np.flatnonzero(mask == MASKS.index("holdout")))
+            caught = np.flatnonzero(mask == MASKS.index("shadow_catcher"))
+            transport.catch_shadows(caught, hits.take(caught), directions[caught], lamp_points)
+            plain = np.flatnonzero(mask == 0)
+            hits, directions = hits.take(plain), directions[plain]
+        film.count_hits(plain[hits.hit])
+        points = transport.from_camera(plain, hits, directions, lamp_points)
+        return self._buffers(points, plain, depth) if sample == 0 else None
 
     def _lamp_points(self, number: int, sample: int) -> list[list[LampPoint]]:
         aim = self.geometry.centre
@@ -350,8 +365,14 @@ class Job:
             for source, unit_squares in zip(self.sources, self.pattern.lamps, strict=True)
         ]
 
-    def _buffers(self, points: SurfacePoints, count: int, depth: NDArray[np.floating[Any]]) -> dict[str, NDArray[Any]]:
-        values: dict[str, NDArray[Any]] = {"depth": depth.astype(np.float32)}
+    def _buffers(
+        self, points: SurfacePoints, rays: NDArray[np.int64], depth: NDArray[np.floating[Any]]
+    ) -> dict[str, NDArray[Any]]:
+        """What the first sample met, by buffer; `rays` are those that found the points, nothing masked among them."""
+        at = rays[points.ray]
+        far = np.full(len(depth), np.inf, np.float32)
+        far[at] = depth[at]
+        values: dict[str, NDArray[Any]] = {"depth": far}
         for name in self.settings.buffers:
             met: NDArray[Any]
             if name == "normal":
@@ -363,7 +384,12 @@ class Job:
             else:
                 met = points.material
             is_index = met.ndim == 1
-            array = np.full((count, *met.shape[1:]), -1 if is_index else 0.0, np.int32 if is_index else np.float32)
-            array[points.ray] = met
+            array = np.full((len(depth), *met.shape[1:]), -1 if is_index else 0.0, np.int32 if is_index else np.float32)
+            array[at] = met
             values[name] = array
         return values
+
+
+def _masks(scene: Scene) -> NDArray[np.int8] | None:
+    masks = np.array([MASKS.index(instance.mask) for instance in scene.instances], np.int8)
+    return masks if masks.any() else None

@@ -203,6 +203,8 @@ class RenderSettings:
         Upper bound of rays that are in memory at once; the image is worked off in bands of whole rows.
     buffers : tuple of str
         What is kept of the first surface behind each pixel, besides its depth: of ``buffers.BUFFERS``.
+    shadow_share : bool
+        Whether the film keeps the share of the lamps' light that shadows take from the first surface.
     threads : int
         Threads that work side by side; 0 for one on each processor. The picture does not depend on it.
     film_bytes : int or None
@@ -233,6 +235,7 @@ class RenderSettings:
     min_samples: int = 4
     buffers: tuple[str, ...] = ()
     threads: int = 0
+    shadow_share: bool = False
 
     def __post_init__(self) -> None:
         require_integer("width", self.width, 1)

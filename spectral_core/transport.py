@@ -13,11 +13,12 @@ from .colorimetry import Observer, tristimulus_weights, wavelength_grid
 from .film_builder import Deposits
 from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
-from .plan import MaterialPlan, RenderPlan
+from .plan import MaterialPlan, RenderPlan, SourcePlan
 from .reflection.mirror import mirror_coefficients
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
 from .shading import SurfacePoints, component_coefficients, facing, place_components, spread_textures, surface_points
+from .shadow_share import ShadowTally
 from .statistics import RenderStatistics
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
@@ -59,6 +60,7 @@ class Transport:
     stop_if_cancelled: Callable[[], None]
     _nodes_nm: NDArray[np.float64] = field(init=False)
     _emitter_weights: dict[int, NDArray[np.float64]] = field(init=False, default_factory=dict)
+    _luminances: dict[int, NDArray[np.float64]] = field(init=False, default_factory=dict)
     _lamp_points: Sequence[Sequence[LampPoint]] = field(init=False, default=())
 
     def __post_init__(self) -> None:
@@ -100,7 +102,13 @@ class Transport:
         """
         self._lamp_points = lamp_points
         polynomial = Polynomial.one(len(pixels), self.geometry.dtype)
-        first, bundles = self._arrive(pixels, hits, directions, polynomial, 0)
+        self._deposit_background(pixels, hits, directions, polynomial)
+        with self.statistics.timed("shading"):
+            first = surface_points(self.geometry, hits, directions)
+        tally = ShadowTally(first.normal) if self.settings.shadow_share else None
+        bundles = self._light(first, pixels, polynomial, 0, tally)
+        if tally is not None:
+            self.film.count("occluded", pixels[first.ray], tally.occluded)
         for depth in range(1, self.settings.max_bounces + 1):
             arrivals = merge_bundles(bundles)
             bundles = []
@@ -109,22 +117,69 @@ class Transport:
                 self.statistics.mirror_rays += len(bundle)
                 with self.statistics.timed("mirrors"):
                     hits = self.visibility.secondary(bundle)
-                bundles += self._arrive(bundle.pixel, hits, bundle.direction, bundle.polynomial, depth)[1]
+                self._deposit_background(bundle.pixel, hits, bundle.direction, bundle.polynomial)
+                with self.statistics.timed("shading"):
+                    points = surface_points(self.geometry, hits, bundle.direction)
+                bundles += self._light(points, bundle.pixel, bundle.polynomial, depth)
         return first
 
-    def _arrive(
+    def catch_shadows(
         self,
         pixels: NDArray[np.int64],
         hits: Hits,
         directions: NDArray[np.floating[Any]],
+        lamp_points: Sequence[Sequence[LampPoint]],
+    ) -> SurfacePoints:
+        """Deposit what rays find that met a shadow catcher: the background, as far as it is not in the shadow.
+
+        Parameters
+        ----------
+        pixels : ndarray of int64, shape (N,)
+            Which of the film's pixels each ray belongs to; each at most once.
+        hits : Hits, N rays
+            Where they met the catcher.
+        directions : ndarray, shape (N, 3)
+            Their unit directions.
+        lamp_points : sequence of sequence of LampPoint
+            As for :meth:`from_camera`.
+
+        Returns
+        -------
+        SurfacePoints
+            Where they met it.
+
+        Raises
+        ------
+        RenderCancelledError
+            If the caller wants an end.
+
+        References
+        ----------
+        Own design.
+        """
+        self._lamp_points = lamp_points
+        points = surface_points(self.geometry, hits, directions)
+        tally = ShadowTally(points.normal)
+        self._direct_light(points, 0, tally, only_tally=True)
+        occluded = np.zeros(len(pixels), self.geometry.dtype)
+        occluded[points.ray] = tally.occluded
+        one = Polynomial.one(len(pixels), self.geometry.dtype)
+        self._deposit_background(pixels, None, directions, Polynomial(one.monomials, (1.0 - occluded)[:, None]))
+        self.film.count_hits(pixels, occluded)
+        if self.settings.shadow_share:
+            self.film.count("occluded", pixels, occluded)
+        return points
+
+    def _light(
+        self,
+        points: SurfacePoints,
+        pixels: NDArray[np.int64],
         polynomial: Polynomial,
         depth: int,
-    ) -> tuple[SurfacePoints, list[PathBundle]]:
+        tally: ShadowTally | None = None,
+    ) -> list[PathBundle]:
         """Light the points that rays have reached, and send on those that mirror."""
-        with self.statistics.timed("shading"):
-            self._deposit_background(pixels, hits, directions, polynomial)
-            points = surface_points(self.geometry, hits, directions)
-        for (index, part), coefficients in zip(points.groups(), self._direct_light(points, depth), strict=True):
+        for (index, part), coefficients in zip(points.groups(), self._direct_light(points, depth, tally), strict=True):
             material_plan = self.plan.materials[index]
             if material_plan is None:
                 continue
@@ -136,13 +191,15 @@ class Transport:
                 if material_plan.terms:
                     self._deposit(pixels[rays], polynomial.take(rays), material_plan.terms, coefficients)
         if depth == self.settings.max_bounces:
-            return points, []
+            return []
         with self.statistics.timed("mirrors"):
-            return points, self._mirrored(points, pixels, polynomial, depth + 1)
+            return self._mirrored(points, pixels, polynomial, depth + 1)
 
-    def _direct_light(self, points: SurfacePoints, depth: int) -> list[NDArray[np.floating[Any]]]:
+    def _direct_light(
+        self, points: SurfacePoints, depth: int, tally: ShadowTally | None = None, *, only_tally: bool = False
+    ) -> list[NDArray[np.floating[Any]]]:
         """Coefficients of every group of points: for each source and filter in turn, the material's components."""
-        groups = points.groups()
+        groups = [] if only_tally else points.groups()
         materials = [self.scene.materials[index] for index, _ in groups]
         widths = [len(material.textures or material.reflectances) for material in materials]
         columns = sum(len(source.filters) for source in self.plan.sources)
@@ -155,7 +212,9 @@ class Transport:
             self.statistics.lit_points.setdefault(source.name, 0)
             for number, at in enumerate(lamp_points):
                 self.stop_if_cancelled()
-                illumination, lit = self._lit(source, at, points, depth)
+                illumination, facing_it, lit = self._lit(source, at, points, depth)
+                if tally is not None:
+                    tally.add(illumination, facing_it, lit, self._luminance(planned, at))
                 with self.statistics.timed("shading"):
                     for material, (_, part), width, target in zip(materials, groups, widths, coefficients, strict=True):
                         inside = lit[np.searchsorted(lit, part.start) : np.searchsorted(lit, part.stop)]
@@ -177,8 +236,8 @@ class Transport:
 
     def _lit(
         self, source: LightSource, at: LampPoint, points: SurfacePoints, depth: int
-    ) -> tuple[Illumination, NDArray[np.int64]]:
-        """What a point of a light would give to surfaces, and which of them it reaches."""
+    ) -> tuple[Illumination, NDArray[np.int64], NDArray[np.int64]]:
+        """What a point of a light would give to surfaces, which of them face it, and which of these it reaches."""
         with self.statistics.timed("shading"):
             illumination = source.illuminate(points.position, self.geometry.centre, at)
             candidates = facing(points, illumination)
@@ -189,18 +248,27 @@ class Transport:
             lit = self.visibility.unoccluded(source, at, points, illumination, candidates, is_scattered=depth > 0)
         self.statistics.shadow_rays += len(candidates)
         self.statistics.lit_points[source.name] += len(lit)
-        return illumination, lit
+        return illumination, candidates, lit
+
+    def _luminance(self, planned: SourcePlan, at: LampPoint) -> float:
+        """Luminance of what a point of a source sends, for weighing sources against each other."""
+        if planned.emitter not in self._luminances:
+            terms = [Term(planned.emitter, chosen) for chosen in planned.filters]
+            table = self.spectra.tristimulus_table(terms, self.observer, wavelength_grid(self.settings.grid))
+            self._luminances[planned.emitter] = table[:, 1]
+        return float(self._luminances[planned.emitter] @ np.asarray(at.weights)) / planned.points
 
     def _deposit_background(
         self,
         pixels: NDArray[np.int64],
-        hits: Hits,
+        hits: Hits | None,
         directions: NDArray[np.floating[Any]],
         polynomial: Polynomial,
     ) -> None:
+        """Deposit the background where rays have met nothing; without hits, everywhere."""
         if not self.plan.background:
             return
-        missed = np.flatnonzero(~hits.hit)
+        missed = np.arange(len(pixels)) if hits is None else np.flatnonzero(~hits.hit)
         image = self.scene.world.image
         if image is None:
             seen: NDArray[np.floating[Any]] = np.ones((len(missed), 1), self.geometry.dtype)

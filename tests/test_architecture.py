@@ -37,6 +37,7 @@ STOREYS: tuple[frozenset[str], ...] = (
             "plan",
             "sample_pattern",
             "shading",
+            "shadow_share",
             "statistics",
             "sub_pictures",
             "transport",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -201,7 +201,12 @@ class AccelerationCache:
         self._lock = threading.Lock()
         self._kept: tuple[tuple[Instance, ...], np.dtype[Any], Acceleration] | None = None
 
-    def get(self, instances: Sequence[Instance], dtype: DTypeLike = np.float32) -> Acceleration:
+    def get(
+        self,
+        instances: Sequence[Instance],
+        dtype: DTypeLike = np.float32,
+        stop_if_cancelled: Callable[[], None] = lambda: None,
+    ) -> Acceleration:
         """Give the acceleration of some instances.
 
         Parameters
@@ -210,6 +215,8 @@ class AccelerationCache:
             What the geometry is made of. Their arrays must not be written to afterwards.
         dtype : dtype, optional
             Working precision.
+        stop_if_cancelled : callable, optional
+            Asked every few hundredths of a second; raises when the caller wants an end.
 
         Returns
         -------
@@ -231,7 +238,8 @@ class AccelerationCache:
                 before, precision, acceleration = self._kept
                 if precision == dtype and _same(before, instances):
                     return acceleration
-            acceleration = Acceleration(Geometry.from_instances(instances, dtype))
+            self._kept = None  # first, so that memory holds one of them
+            acceleration = Acceleration(Geometry.from_instances(instances, dtype, stop_if_cancelled))
             self._kept = (tuple(instances), dtype, acceleration)
             return acceleration
 

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from ..validation import require_shape
 
-__all__ = ["Instance", "Mesh"]
+__all__ = ["MASKS", "Instance", "Mesh"]
+
+MASKS = ("", "holdout", "shadow_catcher")
+"""What camera rays may make of an instance: see :class:`Instance`."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -101,6 +104,9 @@ class Instance:
         Whether the camera sees it.
     shadow_visible : bool, optional
         Whether it casts shadows.
+    mask : str, optional
+        What camera rays make of it: "" a surface; "holdout" a hole in the picture, through which nothing is seen;
+        "shadow_catcher" the background, darkened where something casts a shadow on it. Mirrors show it as a surface.
 
     Raises
     ------
@@ -117,6 +123,7 @@ class Instance:
     name: str = ""
     camera_visible: bool = True
     shadow_visible: bool = True
+    mask: str = ""
 
     def __post_init__(self) -> None:
         label = f"instance {self.name or self.mesh.name!r}: matrix"
@@ -126,6 +133,10 @@ class Instance:
         if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
             raise SceneError(f"{label} must have the last row (0, 0, 0, 1), but has {tuple(matrix[3].tolist())}")
         object.__setattr__(self, "matrix", matrix)
+        if self.mask not in MASKS:
+            raise SceneError(
+                f"instance {self.name or self.mesh.name!r}: mask must be one of {MASKS}, but is {self.mask!r}"
+            )
 
 
 def _as_array(name: str, value: object, dtype: type, shape: tuple[int | None, ...]) -> NDArray[Any]:
