@@ -17,6 +17,7 @@ def _modules() -> tuple[object, ...]:
         nodes,
         operators,
         panels,
+        persistent,
         preferences,
         presets,
         properties,
@@ -28,7 +29,7 @@ def _modules() -> tuple[object, ...]:
         view_layer_panels,
     )
 
-    studying = (study_settings, last_render, live_relight, studies, render_files, estimation, study_panels)
+    studying = (study_settings, last_render, live_relight, persistent, studies, render_files, estimation, study_panels)
     drawing = (presets, panels, view_layer_panels)
     return (properties, render_passes, preferences, nodes, *drawing, engine, operators, conversion, *studying, cli)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from . import last_render
 from ._core import core
 from .names import ENGINE_ID
+from .persistent import acceleration_for
 from .progress_bar import format_duration
 from .render_passes import PassRequest, pass_pixels, passes_of_layer
 from .scene_export import ExportedScene, export_scene
@@ -185,6 +186,14 @@ def _band_samples(settings: Any) -> int:
     return max(_LEAST_BAND_SAMPLES, min(share, _RAYS_A_BAND // settings.samples))
 
 
+def _alpha(render: Any, exported: ExportedScene) -> NDArray[np.float32] | None:
+    """Return the opacity of each pixel; None where all are opaque. Holdouts are holes in any picture."""
+    if exported.is_transparent:
+        return render.alpha  # type: ignore[no-any-return]
+    held = render.film.planes.get("held")
+    return None if held is None else 1.0 - held
+
+
 class _LayerJob:
     """One view layer from the dependency graph to the passes of Blender's result."""
 
@@ -212,9 +221,18 @@ class _LayerJob:
         def show(band: Any) -> None:
             self._show(band, exported)
 
-        render = core.render(exported.scene, settings, self._progress, self._is_cancelled, show)
+        self._progress(0.0, "gathering triangles")
+        acceleration = acceleration_for(
+            exported,
+            settings.precision,
+            is_kept=depsgraph.scene.render.use_persistent_data and not self._engine.is_preview,
+            stop_if_cancelled=self._stop_if_cancelled,
+        )
+        render = core.render(
+            exported.scene, settings, self._progress, self._is_cancelled, show, acceleration=acceleration
+        )
         render.statistics.notes.extend(exported.notes)
-        pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
+        pixels = exported.colour.rgba(render.tristimulus(), _alpha(render, exported))
         self._put(0, {"Combined": pixels, **pass_pixels(render, exported)})
         self._tell(render)
         return FinishedLayer(render, exported)

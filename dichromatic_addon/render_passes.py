@@ -6,7 +6,7 @@ indices) hold the first sample of each pixel, unfiltered: the mean of two distan
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -44,7 +44,7 @@ class RenderPass:
     kind : str
         "COLOR", "VECTOR" or "VALUE".
     content : str
-        "depth", "body", "interface", "environment", "emission" or "group".
+        "depth", one of the core's buffers, "shadow", "body", "interface", "environment", "emission" or "group".
     group : str
         Name of the light group where the content is one.
     """
@@ -56,7 +56,7 @@ class RenderPass:
     group: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PassRequest:
     """The passes of a view layer, and what they need to know of the scene.
 
@@ -66,17 +66,26 @@ class PassRequest:
         Beside Combined.
     emitter_groups : tuple of str
         Light group of each emitter of the core's scene: the lights in order, the world, glowing materials.
+    object_indices, material_indices : ndarray of int64
+        Pass index of each instance and of each material of the core's scene.
     """
 
     passes: tuple[RenderPass, ...] = ()
     emitter_groups: tuple[str, ...] = ()
+    object_indices: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    material_indices: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def wants(self, content: str) -> bool:
+        """Whether a pass has that content."""
+        return any(item.content == content for item in self.passes)
 
     @property
-    def splits_light(self) -> bool:
-        """Whether a pass holds a part of the light, so that the film must keep it by terms."""
-        return any(item.content in _LIGHT_CONTENTS for item in self.passes)
+    def buffers(self) -> tuple[str, ...]:
+        """The buffers that the core is to keep."""
+        return tuple(item.content for item in self.passes if item.content in _BUFFERS)
 
 
+_BUFFERS = frozenset({"normal", "position", "object_index", "material_index"})
 _LIGHT_CONTENTS = frozenset({"body", "interface", "environment", "emission", "group"})
 
 
@@ -130,6 +139,14 @@ def _wanted(view_layer: Any) -> Iterator[RenderPass]:
     ours = view_layer.dichromatic
     if view_layer.use_pass_z:
         yield RenderPass("Depth", "Z", "VALUE", "depth")
+    if view_layer.use_pass_position:
+        yield RenderPass("Position", "XYZ", "VECTOR", "position")
+    if view_layer.use_pass_normal:
+        yield RenderPass("Normal", "XYZ", "VECTOR", "normal")
+    if view_layer.use_pass_object_index:
+        yield RenderPass(compat.OBJECT_INDEX_PASS, "X", "VALUE", "object_index")
+    if view_layer.use_pass_material_index:
+        yield RenderPass(compat.MATERIAL_INDEX_PASS, "X", "VALUE", "material_index")
     if ours.use_pass_body:
         yield RenderPass("Body", "RGB", "COLOR", "body")
     if ours.use_pass_interface:
@@ -138,6 +155,8 @@ def _wanted(view_layer: Any) -> Iterator[RenderPass]:
         yield RenderPass(compat.EMISSION_PASS, "RGB", "COLOR", "emission")
     if view_layer.use_pass_environment:
         yield RenderPass(compat.ENVIRONMENT_PASS, "RGB", "COLOR", "environment")
+    if view_layer.use_pass_shadow:
+        yield RenderPass("Shadow", "RGB", "COLOR", "shadow")
     for group in view_layer.lightgroups:
         yield RenderPass(f"Combined_{group.name}", "RGB", "COLOR", "group", group.name)
 
@@ -173,9 +192,29 @@ def pass_pixels(render: Any, exported: Any) -> dict[str, NDArray[np.float32]]:
         item.name: exported.colour.rgba(picture, None)[..., :3] for item, picture in zip(light, pictures, strict=True)
     }
     for item in request.passes:
-        if item.content == "depth":
-            pixels[item.name] = np.where(np.isfinite(render.depth), render.depth, _FAR)[..., None]
+        if item.name not in pixels:
+            pixels[item.name] = _data(item.content, render, request)
     return {item.name: np.ascontiguousarray(pixels[item.name], np.float32) for item in request.passes}
+
+
+def _data(content: str, render: Any, request: PassRequest) -> NDArray[Any]:
+    """Return the pixels (H, W, C) of a pass that holds no light."""
+    if content == "depth":
+        return np.where(np.isfinite(render.depth), render.depth, _FAR)[..., None]
+    if content == "shadow":  # the part that arrives, as a factor; 1 where nothing is in the way
+        arrives = 1.0 - render.film.planes["occluded"]
+        return np.repeat(arrives[..., None], 3, axis=-1)
+    buffer = getattr(render.buffers, content)
+    if content == "object_index":
+        return _numbers(buffer, request.object_indices)
+    if content == "material_index":
+        return _numbers(buffer, request.material_indices)
+    return buffer  # type: ignore[no-any-return]
+
+
+def _numbers(buffer: NDArray[np.int32], pass_indices: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the pass index (H, W, 1) of what was met; 0 where nothing was."""
+    return np.append(pass_indices, 0)[buffer][..., None]  # -1 is the last
 
 
 def _light_part(item: RenderPass, exported: Any) -> Any:

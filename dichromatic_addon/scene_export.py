@@ -75,14 +75,16 @@ class ExportedScene:
 class _Walk:
     """What the walk over the instances collects."""
 
-    view_layer: Any
+    view_layer_eval: Any
     override: Any
     notes: list[str] = field(default_factory=list)
     instances: list[Any] = field(default_factory=list)
+    object_indices: list[int] = field(default_factory=list)
     lights: list[Any] = field(default_factory=list)
     light_groups: list[str] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     material_names: list[str] = field(default_factory=list)
+    material_indices: list[int] = field(default_factory=list)
     material_index: dict[str | None, int] = field(default_factory=dict)
     invisible: set[int] = field(default_factory=set)  # materials that show nothing
     coordinates: list[Coordinates | None] = field(default_factory=list)
@@ -122,13 +124,25 @@ def export_scene(
     """
     scene = depsgraph.scene
     view_layer = depsgraph.view_layer
-    walk = _Walk(view_layer, view_layer.material_override)
+    walk = _Walk(depsgraph.view_layer_eval, view_layer.material_override)
     core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
     for instance in depsgraph.object_instances:
         stop_if_cancelled()
         _visit(walk, instance)
     _note_scene_features(scene, walk.notes)
-    settings = replace(read_settings(scene), width=region.width, height=region.height)
+    passes = PassRequest(
+        passes_of_layer(view_layer),
+        _emitter_groups(scene, walk),
+        np.array(walk.object_indices, np.int64),
+        np.array(walk.material_indices, np.int64),
+    )
+    settings = replace(
+        read_settings(scene),
+        width=region.width,
+        height=region.height,
+        buffers=passes.buffers,
+        shadow_share=passes.wants("shadow"),
+    )
     return ExportedScene(
         layer=view_layer.name,
         scene=core.Scene(
@@ -145,7 +159,7 @@ def export_scene(
         colour=picture_colour(scene),
         is_transparent=bool(scene.render.film_transparent),
         notes=tuple(dict.fromkeys(walk.notes)),
-        passes=PassRequest(passes_of_layer(view_layer), _emitter_groups(scene, walk)),
+        passes=passes,
     )
 
 
@@ -220,10 +234,13 @@ def _visit_mesh(walk: _Walk, instance: Any, obj: Any) -> None:
     casts = all(owner.visible_shadow for owner in owners)
     if not (seen or casts):
         return
-    for flag in ("is_holdout", "is_shadow_catcher"):
-        if any(getattr(owner, flag) for owner in owners):
-            what = flag.removeprefix("is_").replace("_", " ")
-            walk.notes.append(f"object '{obj.name}' is a {what}: it is rendered as an ordinary surface")
+    if any(owner.indirect_only_get(view_layer=walk.view_layer_eval) for owner in owners):
+        seen = False
+    mask = ""
+    if any(owner.holdout_get(view_layer=walk.view_layer_eval) or owner.is_holdout for owner in owners):
+        mask = "holdout"
+    elif any(owner.is_shadow_catcher for owner in owners):
+        mask = "shadow_catcher"
     mesh = _mesh(walk, obj)
     if mesh is None:
         return
@@ -234,8 +251,10 @@ def _visit_mesh(walk: _Walk, instance: Any, obj: Any) -> None:
             name=obj.name,
             camera_visible=seen,
             shadow_visible=casts,
+            mask=mask,
         )
     )
+    walk.object_indices.append(obj.pass_index)
 
 
 def _mesh(walk: _Walk, obj: Any) -> Any | None:
@@ -297,6 +316,7 @@ def _material(walk: _Walk, material: Any) -> int:
             walk.invisible.add(len(walk.materials))
         walk.materials.append(reading.material)
         walk.coordinates.append(reading.coordinates)
+        walk.material_indices.append(0 if material is None else material.pass_index)
         walk.material_names.append("(no material)" if material is None else material.name)
     return walk.material_index[key]
 

@@ -48,6 +48,11 @@ class DICHROMATIC_PT_passes_data(_Panel, bpy.types.Panel):
         view_layer = context.view_layer
         column = layout.column(heading="Include", align=True)
         column.prop(view_layer, "use_pass_z", text="Depth")
+        column.prop(view_layer, "use_pass_position", text="Position")
+        column.prop(view_layer, "use_pass_normal", text="Normal")
+        column = layout.column(heading="Indexes", align=True)
+        column.prop(view_layer, "use_pass_object_index", text="Object Index")
+        column.prop(view_layer, "use_pass_material_index", text="Material Index")
 
 
 class DICHROMATIC_PT_passes_light(_Panel, bpy.types.Panel):
@@ -64,6 +69,7 @@ class DICHROMATIC_PT_passes_light(_Panel, bpy.types.Panel):
         column = layout.column(heading="Other", align=True)
         column.prop(view_layer, "use_pass_emit", text="Emission")
         column.prop(view_layer, "use_pass_environment", text="Environment")
+        column.prop(view_layer, "use_pass_shadow", text="Shadow")
 
 
 class DICHROMATIC_PT_passes_lightgroups(_Panel, bpy.types.Panel):
@@ -141,6 +147,8 @@ class DICHROMATIC_PT_object_ray_visibility(_Panel, bpy.types.Panel):
         column = layout.column()
         column.prop(obj, "visible_camera", text="Camera")
         column.prop(obj, "visible_shadow", text="Shadow")
+        column = layout.column(heading="Mask")
+        column.prop(obj, "is_shadow_catcher")
 
 
 class DICHROMATIC_OT_light_group_each(bpy.types.Operator):

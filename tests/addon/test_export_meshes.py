@@ -154,6 +154,45 @@ def test_hidden_objects_and_visibility_flags(framed: Any) -> None:
     assert flags == {"Seen": (True, True), "Unseen": (False, True), "Shadowless": (True, False)}
 
 
+def test_masks_come_from_objects_collections_and_instancers(framed: Any) -> None:
+    add_plane(framed, name="Plain")
+    add_plane(framed, name="Catcher").is_shadow_catcher = True
+    hole = add_plane(framed, name="Hole")
+    hole.is_holdout = hole.is_shadow_catcher = True
+    inside = bpy.data.collections.new("Inside")
+    framed.collection.children.link(inside)
+    held = add_plane(framed, name="Held")
+    framed.collection.objects.unlink(held)
+    inside.objects.link(held)
+    shown = bpy.data.collections.new("Shown")
+    member = add_plane(framed, name="Member")
+    framed.collection.objects.unlink(member)
+    shown.objects.link(member)
+    instancer = bpy.data.objects.new("Instancer", None)
+    instancer.instance_type, instancer.instance_collection, instancer.is_holdout = "COLLECTION", shown, True
+    framed.collection.objects.link(instancer)
+    framed.view_layers[0].layer_collection.children["Inside"].holdout = True
+    masks = {i.name: i.mask for i in exported(framed).scene.instances}
+    assert masks == {
+        "Plain": "",
+        "Catcher": "shadow_catcher",
+        "Hole": "holdout",
+        "Held": "holdout",
+        "Member": "holdout",
+    }
+
+
+def test_an_indirect_collection_is_hidden_from_the_camera_alone(framed: Any) -> None:
+    aside = bpy.data.collections.new("Aside")
+    framed.collection.children.link(aside)
+    plane = add_plane(framed, name="Aside")
+    framed.collection.objects.unlink(plane)
+    aside.objects.link(plane)
+    framed.view_layers[0].layer_collection.children["Aside"].indirect_only = True
+    (instance,) = exported(framed).scene.instances
+    assert (instance.camera_visible, instance.shadow_visible) == (False, True)
+
+
 def test_faceless_meshes_are_left_out(framed: Any) -> None:
     add_mesh(framed, "Wire", [(0, 0, 0), (1, 0, 0)], [])
     add_mesh(framed, "Nothing", [], [])
@@ -162,9 +201,7 @@ def test_faceless_meshes_are_left_out(framed: Any) -> None:
 
 def test_what_is_not_rendered_is_noted(framed: Any) -> None:
     framed.collection.objects.link(bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke")))
-    add_plane(framed, name="Catcher").is_shadow_catcher = True
-    add_plane(framed, name="Hole").is_holdout = True
     framed.render.use_motion_blur = True
     notes = " / ".join(exported(framed).notes)
-    for part in ("'Smoke' is a volume", "'Catcher' is a shadow catcher", "'Hole' is a holdout", "motion blur"):
+    for part in ("'Smoke' is a volume", "motion blur"):
         assert part in notes

@@ -23,6 +23,10 @@ from tests.tolerances import FLOAT32_ROUNDING
 pytestmark = pytest.mark.bpy
 
 
+# Positions and distances of about 10 m through Blender's float32 camera matrices and the core's float32 rays.
+DATA_PASS = 5e-6
+
+
 def preset(name: str) -> Any:
     material = bpy.data.materials.new(name)
     apply_preset(material, next(item for item in PRESETS if item.name == name))
@@ -77,6 +81,100 @@ def test_reflections_emission_and_environment_add_up_to_combined(table: Any, tmp
     assert emission.max() == 0.0
     assert environment[0].min() > 0.0  # above the horizon
     assert environment[-1].max() == body[0].max() == interface[0].max() == 0.0
+
+
+def test_data_passes_hold_what_the_first_ray_met(table: Any, tmp_path: Path) -> None:
+    """Through one ray in each pixel's centre, from the camera's matrices and the planes' equations alone."""
+    layer = table.view_layers[0]
+    layer.use_pass_z = layer.use_pass_position = layer.use_pass_normal = True
+    layer.use_pass_object_index = layer.use_pass_material_index = True
+    table.dichromatic.samples, table.dichromatic.pixel_filter, table.dichromatic.filter_width = 1, "box", 0.001
+    for number, name in enumerate(("Floor", "Sheet"), start=3):
+        bpy.data.objects[name].pass_index = number
+        bpy.data.objects[name].data.materials[0].pass_index = 10 * number
+    found = rendered_passes(table, tmp_path / "data.exr")
+    origin, directions = central_rays(table, 40, 24)
+    numbers = np.zeros((24, 40), int)
+    nearest = np.full((24, 40), np.inf)
+    for number, half, height in ((3, 5.0, 0.0), (4, 0.75, 0.5)):
+        along = (height - origin[2]) / directions[..., 2]
+        met = origin + along[..., None] * directions
+        hit = (along > 0) & (np.abs(met[..., :2]) < half).all(axis=-1) & (along < nearest)
+        numbers[hit], nearest[hit] = number, along[hit]
+    hit = numbers > 0
+    assert set(numbers.ravel()) == {0, 3, 4}
+    agree = found[compat.OBJECT_INDEX_PASS][..., 0] == numbers
+    assert (~agree).mean() < 0.005  # rays on an edge
+    assert np.array_equal(found[compat.MATERIAL_INDEX_PASS], 10 * found[compat.OBJECT_INDEX_PASS])
+    # Directions are scaled to 1 along the view axis, so that `nearest` is the depth.
+    both = hit & agree
+    np.testing.assert_allclose(found["Depth"][both, 0], nearest[both], rtol=DATA_PASS)
+    position = origin + nearest[both][:, None] * directions[both]
+    np.testing.assert_allclose(found["Position"][both], position, atol=20 * DATA_PASS)
+    np.testing.assert_allclose(found["Normal"][both], np.broadcast_to([0.0, 0.0, 1.0], position.shape), atol=DATA_PASS)
+    empty = ~hit & agree
+    assert empty.any()
+    assert (found["Depth"][empty] >= 1e9).all()
+    assert np.abs(found["Normal"][empty]).max() == np.abs(found["Position"][empty]).max() == 0.0
+
+
+def central_rays(scene: Any, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+    """Origin and directions (H, W, 3) of the rays through the pixels' centres, of length 1 along the view axis."""
+    camera = scene.camera
+    matrix = np.array(camera.matrix_world)
+    half = 0.5 * camera.data.sensor_width / camera.data.lens
+    x = ((np.arange(width) + 0.5) / width * 2 - 1) * half
+    y = -((np.arange(height) + 0.5) / height * 2 - 1) * half * height / width
+    local = np.stack([*np.meshgrid(x, y), -np.ones((height, width))], axis=-1)
+    return matrix[:3, 3], local @ matrix[:3, :3].T
+
+
+def test_the_shadow_pass_holds_the_part_of_the_light_that_arrives(table: Any, tmp_path: Path) -> None:
+    table.view_layers[0].use_pass_shadow = True
+    bpy.data.objects["Spot"].hide_render = True
+    shadow = rendered_passes(table, tmp_path / "shadow.exr")["Shadow"]
+    assert shadow.shape == (24, 40, 3)
+    assert (shadow[0] == 1.0).all()  # the sky
+    assert np.array_equal(shadow[..., 0], shadow[..., 1])
+    occluded = render_layers(table)[0].render.film.planes["occluded"]
+    assert occluded.max() == 1.0
+    np.testing.assert_allclose(shadow[..., 0], 1.0 - occluded, atol=FLOAT32_ROUNDING)
+    bpy.data.objects["Sheet"].visible_shadow = False
+    assert (rendered_passes(table, tmp_path / "without.exr")["Shadow"] == 1.0).all()
+
+
+def test_a_holdout_is_a_hole_in_any_film(table: Any, tmp_path: Path) -> None:
+    plain = combined(table, str(tmp_path / "plain.exr"))
+    bpy.data.objects["Sheet"].is_holdout = True
+    held = combined(table, str(tmp_path / "held.exr"))
+    assert (plain[..., 3] == 1.0).all()
+    hole = held[..., 3] == 0.0
+    assert 0.01 < hole.mean() < 0.3
+    assert np.abs(held[hole]).max() == 0.0
+    kept = held[..., 3] == 1.0
+    np.testing.assert_allclose(held[kept], plain[kept], atol=FLOAT32_ROUNDING)
+    table.render.film_transparent = True
+    transparent = combined(table, str(tmp_path / "transparent.exr"))
+    assert np.array_equal(transparent[..., 3] == 0.0, hole | (transparent[..., 3] == 0.0))
+    assert (transparent[0, :, 3] == 0.0).all()
+    assert (transparent[hole, 3] == 0.0).all()
+
+
+def test_a_shadow_catcher_is_the_shadow_alone(table: Any, tmp_path: Path) -> None:
+    table.render.film_transparent = True
+    bpy.data.objects["Floor"].is_shadow_catcher = True
+    bpy.data.objects["Sheet"].visible_camera = False
+    bpy.data.objects["Spot"].hide_render = True
+    caught = combined(table, str(tmp_path / "caught.exr"))
+    assert caught[..., :3].max() == 0.0
+    assert caught[..., 3].max() == 1.0
+    assert caught[..., 3].mean() < 0.2
+    bpy.data.objects["Floor"].is_shadow_catcher = False
+    lit = combined(table, str(tmp_path / "lit.exr"))[..., 1]
+    # Black where the shadow is, and nowhere else on the floor.
+    floor = lit[12:] > 0.0
+    assert (caught[12:, :, 3][~floor] == 1.0).all()
+    assert (caught[12:, :, 3] == 0.0)[floor].mean() > 0.95  # but for pixels on the shadow's edge
 
 
 def test_light_groups_and_the_rest_add_up_to_combined(table: Any, tmp_path: Path) -> None:
