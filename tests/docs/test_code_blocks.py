@@ -8,14 +8,12 @@ import importlib.util
 import io
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.docs.documents import LANGUAGES, ROOT, Block, blocks, documents, indented_blocks
+from tests.docs.run_page import commands, compare, is_run, run_page, run_python
 
 DOCUMENTS = documents()
 HAS_BLENDER = importlib.util.find_spec("bpy") is not None
@@ -31,10 +29,6 @@ def with_runnable_blocks() -> list[Path]:
     return [path for path in DOCUMENTS if any(is_run(block) for block in blocks(path))]
 
 
-def is_run(block: Block) -> bool:
-    return (block.language == "python" and block.marker != "not run") or block.marker == "run"
-
-
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
 def test_blocks_say_what_they_are(path: Path) -> None:
     assert not indented_blocks(path), f"{name_of(path)}: fence these blocks and name their language"
@@ -46,66 +40,21 @@ def test_blocks_say_what_they_are(path: Path) -> None:
 
 @pytest.mark.parametrize("path", with_runnable_blocks(), ids=name_of)
 def test_code_of_a_page_runs_in_order(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = blocks(path)
-    if not HAS_BLENDER and any("bpy" in b.code or "render sample_blends" in b.code for b in found if is_run(b)):
+    found = [block for block in blocks(path) if is_run(block)]
+    if not HAS_BLENDER and any("bpy" in block.code or "render sample_blends" in block.code for block in found):
         pytest.skip("the page needs the bpy module")
-    monkeypatch.chdir(tmp_path)
     for name in ("docs", "sample_blends"):
         (tmp_path / name).symlink_to(ROOT / name)
-    namespace: dict[str, Any] = {"__name__": "__main__"}
-    printed = None
-    for block in found:
-        if block.marker == "output":
-            assert printed is not None, f"{block.place}: there is nothing above that prints this"
-            compare(block, printed)
-            printed = None
-        elif is_run(block):
-            printed = run(block, namespace)
-
-
-def run(block: Block, namespace: dict[str, Any]) -> str:
-    """Carry a block out; what it prints."""
-    if block.language == "python":
-        # As many empty lines before the code as there are in the document, so that tracebacks name its lines.
-        source = "\n" * (block.line - 1) + block.code
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(compile(source, str(block.path), "exec"), namespace)
-        return printed.getvalue()
-    text = ""
-    for command in commands(block):
-        words = shlex.split(command, comments=True)
-        assert words[0] == "dichromatic", f"{block.place}: only our own commands are run"
-        done = subprocess.run(
-            [sys.executable, "-m", "dichromatic_addon", *words[1:]],
-            capture_output=True,
-            text=True,
-            env=environment(),
-            check=False,
-        )
-        assert done.returncode == 0, f"{block.place}: {command}\n{done.stdout}{done.stderr}"
-        text += done.stdout
-    return text
-
-
-def environment() -> dict[str, str]:
-    import os
-
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
-
-
-def compare(block: Block, printed: str) -> None:
-    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    if not doctest.OutputChecker().check_output(block.code, printed, flags):
-        pytest.fail(f"{block.place}: the page says\n{block.code}\nand the code prints\n{printed}")
+    if any("import bpy" in block.code for block in found):
+        # In a process of its own: what it registers stays there, and one that hangs at its end is found.
+        done = run_python(["-W", "error", "-m", "tests.docs.run_page", str(path)], tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+    else:
+        monkeypatch.chdir(tmp_path)
+        run_page(path)
 
 
 # --- commands -------------------------------------------------------------------------------------------------------
-
-
-def commands(block: Block) -> list[str]:
-    """The commands of a block, continued lines joined, comments left out."""
-    joined = block.code.replace("\\\n", " ")
-    return [line for line in joined.splitlines() if shlex.split(line, comments=True)]
 
 
 def shell_blocks() -> list[Block]:
@@ -192,5 +141,5 @@ def test_wrong_commands_are_found() -> None:
 def test_output_is_compared() -> None:
     block = Block(ROOT / "README.md", 1, "text", "Delta E ... of 24\n", "output", "")
     compare(block, "Delta E 0.12 of 24\n")
-    with pytest.raises(pytest.fail.Exception):
+    with pytest.raises(AssertionError, match="the page says"):
         compare(block, "Delta E 0.12 of 25\n")
