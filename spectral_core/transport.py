@@ -116,7 +116,7 @@ class Transport:
                 self.stop_if_cancelled()
                 self.statistics.mirror_rays += len(bundle)
                 with self.statistics.timed("mirrors"):
-                    hits = self.visibility.secondary(bundle)
+                    hits = self.visibility.secondary(bundle, self.stop_if_cancelled)
                 self._deposit_background(bundle.pixel, hits, bundle.direction, bundle.polynomial)
                 with self.statistics.timed("shading"):
                     points = surface_points(self.geometry, hits, bundle.direction)
@@ -245,7 +245,15 @@ class Transport:
                 owner = np.take(self.geometry.instance_index, np.take(points.triangle, candidates))
                 candidates = candidates[np.isin(owner, list(source.receivers))]
         with self.statistics.timed("shadows"):
-            lit = self.visibility.unoccluded(source, at, points, illumination, candidates, is_scattered=depth > 0)
+            lit = self.visibility.unoccluded(
+                source,
+                at,
+                points,
+                illumination,
+                candidates,
+                is_scattered=depth > 0,
+                stop_if_cancelled=self.stop_if_cancelled,
+            )
         self.statistics.shadow_rays += len(candidates)
         self.statistics.lit_points[source.name] += len(lit)
         return illumination, candidates, lit

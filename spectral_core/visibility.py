@@ -90,13 +90,15 @@ class Visibility:
         most = max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count))
         self._views = _Store(most)
 
-    def secondary(self, bundle: PathBundle) -> Hits:
+    def secondary(self, bundle: PathBundle, stop_if_cancelled: Callable[[], None] = lambda: None) -> Hits:
         """Find what mirrored rays meet; things hidden from the camera are seen in mirrors.
 
         Parameters
         ----------
         bundle : PathBundle
             The rays.
+        stop_if_cancelled : callable, optional
+            Asked while triangles are sorted; raises when the caller wants an end.
 
         Returns
         -------
@@ -111,7 +113,9 @@ class Visibility:
         ----------
         Own design.
         """
-        return self._acceleration.tree().closest(bundle.origin, bundle.direction, None, bundle.own)
+        return self._acceleration.tree(None, stop_if_cancelled).closest(
+            bundle.origin, bundle.direction, None, bundle.own
+        )
 
     def primary(
         self, part: SubPicture, offset: NDArray[np.float64], lens: NDArray[np.float64] | None = None
@@ -172,6 +176,7 @@ class Visibility:
         candidates: NDArray[np.int64],
         *,
         is_scattered: bool,
+        stop_if_cancelled: Callable[[], None] = lambda: None,
     ) -> NDArray[np.int64]:
         """Find the points that a light reaches without meeting a surface.
 
@@ -190,6 +195,8 @@ class Visibility:
         is_scattered : bool
             Whether the points are few and far between, as behind mirrors; then rays are cast one by one. The many
             points that a camera sees are looked at from the light instead, which finds the same.
+        stop_if_cancelled : callable, optional
+            Asked while triangles are sorted; raises when the caller wants an end.
 
         Returns
         -------
@@ -214,11 +221,11 @@ class Visibility:
         if not (is_scattered or self._is_view_dear(source)):
             blocked = self._light_view(source, at).occluded(origins, own)
         elif at.position is None:
-            blocked = self._acceleration.tree(casting).occluded(origins, directions, None, own)
+            blocked = self._acceleration.tree(casting, stop_if_cancelled).occluded(origins, directions, None, own)
         else:
             # From the lifted origin to the light itself: the ray is as long as what is left.
             target = self._geometry.recentred(at.position)
-            blocked = self._acceleration.tree(casting).occluded(origins, target - origins, 1.0, own)
+            blocked = self._acceleration.tree(casting, stop_if_cancelled).occluded(origins, target - origins, 1.0, own)
         return candidates[~blocked]
 
     def _is_view_dear(self, source: LightSource) -> bool:

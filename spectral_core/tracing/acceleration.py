@@ -61,13 +61,17 @@ class Acceleration:
                 self._solids = Solids.of(self.geometry)
             return self._solids
 
-    def tree(self, members: NDArray[np.bool_] | None = None) -> Bvh:
+    def tree(
+        self, members: NDArray[np.bool_] | None = None, stop_if_cancelled: Callable[[], None] = lambda: None
+    ) -> Bvh:
         """Give the tree of all triangles, or of some.
 
         Parameters
         ----------
         members : (T,) ndarray of bool, optional
             The triangles to put in, such as ``geometry.shadow_visible``; None for all.
+        stop_if_cancelled : callable, optional
+            Asked while a tree is made; raises when the caller wants an end.
 
         Returns
         -------
@@ -88,7 +92,7 @@ class Acceleration:
         with self._lock:
             if key not in self._trees:
                 chosen = None if everything or members is None else np.flatnonzero(members)
-                self._trees[key] = Bvh.build(self.geometry, chosen)
+                self._trees[key] = Bvh.build(self.geometry, chosen, stop_if_cancelled)
             return self._trees[key]
 
     def primary_view(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,7 +61,12 @@ class Bvh:
     radius: float
 
     @classmethod
-    def build(cls, geometry: Geometry, triangles: Integers | None = None) -> Bvh:
+    def build(
+        cls,
+        geometry: Geometry,
+        triangles: Integers | None = None,
+        stop_if_cancelled: Callable[[], None] = lambda: None,
+    ) -> Bvh:
         """Build the tree.
 
         Parameters
@@ -69,6 +75,8 @@ class Bvh:
             The triangles.
         triangles : (S,) ndarray of int64, optional
             Numbers of those to put in; None for all. Hits carry the geometry's numbers either way.
+        stop_if_cancelled : callable, optional
+            Asked between the steps; raises when the caller wants an end.
 
         Returns
         -------
@@ -95,17 +103,20 @@ class Bvh:
         a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
         box_lower, box_upper = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
         if len(corners) > _CLUSTERED_FROM:
+            stop_if_cancelled()
             order, begin = cluster(box_lower, box_upper, LEAF_SIZE)
+            stop_if_cancelled()
             size = np.diff(begin, append=len(order))
             box_lower = np.minimum.reduceat(np.take(box_lower, order, axis=0), begin, axis=0)
             box_upper = np.maximum.reduceat(np.take(box_upper, order, axis=0), begin, axis=0)
-            tree = binary_tree(box_lower, box_upper, 1)
+            tree = binary_tree(box_lower, box_upper, 1, stop_if_cancelled)
             # A leaf is one cluster.
             number = np.take(tree.order, np.minimum(tree.first, len(begin) - 1))
             first, count = np.take(begin, number), np.take(size, number)
         else:
-            tree = binary_tree(box_lower, box_upper, LEAF_SIZE)
+            tree = binary_tree(box_lower, box_upper, LEAF_SIZE, stop_if_cancelled)
             order, first, count = tree.order, tree.first, tree.count
+        stop_if_cancelled()
         slots = _widen(tree)
         lower, upper, children, leaves = _planes(tree, slots, _margin(geometry))
         rank = np.arange(LEAF_SIZE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +73,9 @@ def half_area(lower: Array, upper: Array) -> Array:
     return x * y + y * z + z * x
 
 
-def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
+def binary_tree(
+    lower: Array, upper: Array, leaf_size: int, stop_if_cancelled: Callable[[], None] = lambda: None
+) -> BinaryTree:
     """Split boxes until at most `leaf_size` share a node.
 
     Every level is split at once: the items of all its large nodes are put into up to 16 bins along the longest axis of
@@ -85,6 +88,8 @@ def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
         Boxes of the items, at least one.
     leaf_size : int
         Largest number of items in a leaf, at least 1.
+    stop_if_cancelled : callable, optional
+        Asked before each level; raises when the caller wants an end.
 
     Returns
     -------
@@ -108,6 +113,7 @@ def binary_tree(lower: Array, upper: Array, leaf_size: int) -> BinaryTree:
     lefts: list[Integers] = []
     nodes = 1
     while True:
+        stop_if_cancelled()
         first, count = levels[-1]
         left = np.full(len(first), -1)
         lefts.append(left)

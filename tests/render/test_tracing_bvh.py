@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spectral_core.tracing import Bvh, Geometry, Instance, Mesh, offset_origins
+from spectral_core.errors import RenderCancelledError
+from spectral_core.tracing import Acceleration, Bvh, Geometry, Instance, Mesh, offset_origins
 from spectral_core.tracing.clusters import cluster
 from spectral_core.tracing.sah import binary_tree, half_area
 from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, slenderness, soup
@@ -246,3 +247,23 @@ def test_tree_encloses_its_items(seed, count, leaf_size, coincide):
 def test_half_area_of_a_brick():
     assert half_area(np.zeros(3), np.array((1.0, 2.0, 3.0))) == 11.0
     assert half_area(np.full(3, np.inf), np.full(3, -np.inf)) == 0.0
+
+
+def test_an_end_is_asked_for_while_a_tree_is_made():
+    vertices, triangles = icosphere(5)
+    geometry = Geometry.from_instances([Instance(Mesh(vertices, triangles))])
+    asked = 0
+
+    def at_the_sixth_time():
+        nonlocal asked
+        asked += 1
+        if asked == 6:
+            raise RenderCancelledError("enough")
+
+    acceleration = Acceleration(geometry)
+    with pytest.raises(RenderCancelledError):
+        acceleration.tree(None, at_the_sixth_time)
+    assert asked == 6
+    # What was begun is not kept: the next to ask gets a whole tree.
+    hits = acceleration.tree().closest(np.array([[0.0, 0, 3]]), np.array([[0.0, 0, -1]]))
+    assert hits.distance[0] == pytest.approx(2.0, abs=1e-3)
