@@ -16,7 +16,7 @@ BIN := $(VENV)/bin
 SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup render test test-slow test-matrix package lint format figures tables stability bench docs clean
+.PHONY: help setup render test test-slow test-matrix test-ui package lint format figures tables stability bench docs clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +40,10 @@ test-slow:  ## the tests that take minutes
 
 test-matrix:  ## the add-on on Blender 4.2, 4.5, 5.0 and, with Python 3.13, 5.2 (SERIES=)
 	@tools/test_matrix.sh $(SERIES)
+
+test-ui:  ## in Blender's window: panels, nodes, F12 and ESC (BLENDER_GUI= names a Blender); pictures in artifacts/ui
+	@$(SETUP) test
+	$(BIN)/python -m pytest -m ui -rs --timeout=900 tests/ui
 
 package:  ## build and validate dist/dichromatic-<version>.zip
 	@$(SETUP)

@@ -172,7 +172,8 @@ class DichromaticRenderEngine(bpy.types.RenderEngine):
     def _fail(self, reason: str) -> None:
         # error_set alone lets a script's render call end as FINISHED; report alone does not mark the result.
         self.error_set(reason)
-        self.report({"ERROR"}, reason)
+        if not self.is_preview:  # drawn again at every edit: the node and the panel tell the reason
+            self.report({"ERROR"}, reason)
 
 
 def _remember(listener: Capture | None, error: BaseException) -> None:
