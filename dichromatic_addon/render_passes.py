@@ -80,6 +80,11 @@ class PassRequest:
         return any(item.content == content for item in self.passes)
 
     @property
+    def splits_light(self) -> bool:
+        """Whether a pass holds a part of the light."""
+        return any(item.content in _LIGHT_CONTENTS for item in self.passes)
+
+    @property
     def buffers(self) -> tuple[str, ...]:
         """The buffers that the core is to keep."""
         return tuple(item.content for item in self.passes if item.content in _BUFFERS)

@@ -142,6 +142,7 @@ def export_scene(
         height=region.height,
         buffers=passes.buffers,
         shadow_share=passes.wants("shadow"),
+        split_light=passes.splits_light,
     )
     return ExportedScene(
         layer=view_layer.name,

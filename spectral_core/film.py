@@ -93,6 +93,8 @@ class Film:
     fixed_tristimulus : ndarray, shape (height, width, 3), optional
         Colour that is not kept by terms, because the memory limit was reached or paths were carried at the nodes of a
         wavelength grid; such a film cannot be relit.
+    fixed_parts : dict of (str, int) to ndarray, shape (height, width, 3)
+        The same colour by component and emitter, where that was asked for.
     planes : dict of str to ndarray of float32, shape (height, width)
         What else was averaged over the samples of each pixel: "held", the part of them that met a holdout; "occluded",
         the share of the lamps' light that shadows take from what they met.
@@ -104,6 +106,7 @@ class Film:
     coverage: NDArray[np.float32]
     fixed_tristimulus: NDArray[np.float32] | None = None
     planes: dict[str, NDArray[np.float32]] = field(default_factory=dict)
+    fixed_parts: dict[tuple[str, int], NDArray[np.float32]] = field(default_factory=dict)
 
     @property
     def nbytes(self) -> int:

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from .colorimetry import Observer, WavelengthGrid
 from .errors import InvalidParameterError
 from .film import Film, FilmBlock, add_rows
+from .light_components import component_of
 from .scene_spectra import SceneSpectra, Term
 
 __all__ = ["Deposits", "FilmBuilder", "FilmPart", "joined_parts"]
 
 Terms = tuple[Term, ...]
+Label = tuple[str, int] | None  # component and emitter of light that is told apart without its terms
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +38,7 @@ class FilmPart:
         The light, by lists of terms; the mean over the samples. Pixels are those of the whole picture.
     hits : ndarray of float32, shape (N,)
         Samples that met a surface.
-    fixed : ndarray of float64, shape (N, 3), or None
+    fixed : dict of Label to ndarray of float64, shape (N, 3)
         Mean colour of the light that is not kept by terms.
     planes : dict of str to ndarray of float32, shape (N,)
         What else was counted, added up over the samples.
@@ -46,7 +48,7 @@ class FilmPart:
     samples: int
     blocks: tuple[FilmBlock, ...]
     hits: NDArray[np.float32]
-    fixed: NDArray[np.float64] | None
+    fixed: dict[Label, NDArray[np.float64]]
     planes: dict[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def tristimulus(self, spectra: SceneSpectra, observer: Observer, grid: WavelengthGrid) -> NDArray[np.floating[Any]]:
@@ -75,7 +77,7 @@ class FilmPart:
             FilmBlock(block.terms, np.searchsorted(self.pixels, block.pixels).astype(np.int32), block.coefficients)
             for block in self.blocks
         )
-        fixed = None if self.fixed is None else self.fixed[None].astype(np.float32)
+        fixed = sum(self.fixed.values())[None].astype(np.float32) if self.fixed else None  # type: ignore[index]
         film = Film(len(self.pixels), 1, blocks, self.coverage[None], fixed)
         return film.tristimulus(spectra, observer, grid, own_spectra=True)[0]
 
@@ -111,7 +113,7 @@ class Deposits:
         self._full_width = full_width
         self._dtype = dtype
         self._pending: dict[Terms, _Pending] = {}
-        self._colour = _Pending()
+        self._colour: dict[Label, _Pending] = {}
         self._hits = np.zeros(len(pixels), np.float32)
         self._planes: dict[str, NDArray[np.float32]] = {}
 
@@ -146,7 +148,9 @@ class Deposits:
         pending.pixels.append(pixels)
         pending.coefficients.append(coefficients)
 
-    def deposit_colour(self, pixels: NDArray[np.int64], tristimulus: NDArray[np.floating[Any]]) -> None:
+    def deposit_colour(
+        self, pixels: NDArray[np.int64], tristimulus: NDArray[np.floating[Any]], label: Label = None
+    ) -> None:
         """Add light whose terms are not kept.
 
         Parameters
@@ -155,6 +159,8 @@ class Deposits:
             Which of the sub-picture's pixels each sample belongs to; a pixel may stand in it many times.
         tristimulus : ndarray, shape (N, 3)
             X, Y, Z, not yet divided by the number of samples.
+        label : tuple of (str, int), optional
+            Component and emitter that it is to be told apart by.
 
         Raises
         ------
@@ -165,8 +171,9 @@ class Deposits:
         Own design.
         """
         if len(pixels):
-            self._colour.pixels.append(pixels)
-            self._colour.coefficients.append(tristimulus)
+            pending = self._colour.setdefault(label, _Pending())
+            pending.pixels.append(pixels)
+            pending.coefficients.append(tristimulus)
 
     def count_hits(self, pixels: NDArray[np.int64], share: NDArray[np.floating[Any]] | float = 1.0) -> None:
         """Note which pixels' samples met a surface.
@@ -235,11 +242,11 @@ class Deposits:
         Own design.
         """
         blocks = tuple(self._merged(terms, pending, samples) for terms, pending in self._pending.items())
-        fixed = None
-        if self._colour.pixels:
-            at, values = np.concatenate(self._colour.pixels), np.concatenate(self._colour.coefficients)
+        fixed: dict[Label, NDArray[np.float64]] = {}
+        for label, pending in self._colour.items():
+            at, values = np.concatenate(pending.pixels), np.concatenate(pending.coefficients)
             count = len(self._pixels)
-            fixed = np.stack([np.bincount(at, values[:, c], count) for c in range(3)], axis=1) / samples
+            fixed[label] = np.stack([np.bincount(at, values[:, c], count) for c in range(3)], axis=1) / samples
         return FilmPart(self._pixels, samples, blocks, self._hits, fixed, self._planes)
 
     def _merged(self, terms: Terms, pending: _Pending, samples: int) -> FilmBlock:
@@ -275,6 +282,8 @@ class FilmBuilder:
         Used only when the memory limit is reached, to turn the film into plain colour.
     memory_limit : int, optional
         Bytes that the blocks may hold; None for no limit.
+    is_split : bool, optional
+        Whether light that is not kept by terms is kept apart by component and emitter.
     """
 
     def __init__(
@@ -285,6 +294,7 @@ class FilmBuilder:
         observer: Observer,
         grid: WavelengthGrid,
         memory_limit: int | None = None,
+        is_split: bool = False,
     ) -> None:
         self._width = width
         self._height = height
@@ -292,13 +302,14 @@ class FilmBuilder:
         self._observer = observer
         self._grid = grid
         self._limit = memory_limit
+        self._is_split = is_split
         # Weights are samples: where pixels took different numbers, means of parts are weighed by them.
         self._kept: dict[Terms, list[tuple[int, FilmBlock]]] = {}
         self._bytes = 0
         self._samples = np.zeros(width * height, np.int32)
         self._hits = np.zeros(width * height, np.float32)
         self._planes: dict[str, NDArray[np.float32]] = {}
-        self._fixed: dict[int, NDArray[np.float32]] = {}
+        self._fixed: dict[tuple[int, Label], NDArray[np.float32]] = {}
         self._is_full = False
 
     def add(self, part: FilmPart) -> None:
@@ -322,8 +333,8 @@ class FilmBuilder:
         self._hits[part.pixels] += part.hits
         for name, values in part.planes.items():
             self._planes.setdefault(name, np.zeros_like(self._hits))[part.pixels] += values
-        if part.fixed is not None:
-            self._fixed_image(part.samples)[part.pixels] += part.fixed.astype(np.float32)
+        for label, colour in part.fixed.items():
+            self._fixed_image(part.samples, label)[part.pixels] += colour.astype(np.float32)
         for block in part.blocks:
             if self._is_full:
                 self._add_fixed(part.samples, block)
@@ -358,11 +369,15 @@ class FilmBuilder:
         coverage = (self._hits / taken).reshape(shape)
         planes = {name: (values / taken).reshape(shape) for name, values in self._planes.items()}
         fixed = None
-        for samples, image in self._fixed.items():
+        parts: dict[tuple[str, int], NDArray[np.float32]] = {}
+        for (samples, label), image in self._fixed.items():
             weighed = image * self._share(samples, slice(None))[:, None]
             fixed = weighed if fixed is None else fixed + weighed
+            if label is not None:
+                weighed = weighed.reshape(*shape, 3)
+                parts[label] = parts[label] + weighed if label in parts else weighed
         colour = None if fixed is None else fixed.reshape(*shape, 3)
-        return Film(self._width, self._height, blocks, coverage, colour, planes)
+        return Film(self._width, self._height, blocks, coverage, colour, planes, parts)
 
     def _share(self, samples: int, pixels: NDArray[np.int32] | slice) -> NDArray[np.float32]:
         """Weight of a mean over so many samples in that over all samples of a pixel."""
@@ -371,15 +386,21 @@ class FilmBuilder:
     def _joined(self, terms: Terms, kept: list[tuple[int, FilmBlock]]) -> FilmBlock:
         return _joined_blocks(terms, [_weighed(block, self._share(samples, block.pixels)) for samples, block in kept])
 
-    def _fixed_image(self, samples: int) -> NDArray[np.float32]:
-        if samples not in self._fixed:
-            self._fixed[samples] = np.zeros((self._width * self._height, 3), np.float32)
-        return self._fixed[samples]
+    def _fixed_image(self, samples: int, label: Label) -> NDArray[np.float32]:
+        key = samples, label
+        if key not in self._fixed:
+            self._fixed[key] = np.zeros((self._width * self._height, 3), np.float32)
+        return self._fixed[key]
 
     def _add_fixed(self, samples: int, block: FilmBlock) -> None:
         table = self._spectra.tristimulus_table(block.terms, self._observer, self._grid)
-        colour = block.coefficients @ table.astype(block.coefficients.dtype)
-        add_rows(self._fixed_image(samples), block.pixels, colour)
+        table = table.astype(block.coefficients.dtype)
+        columns: dict[Label, list[int]] = {}
+        for column, term in enumerate(block.terms):
+            label = (component_of(term, self._spectra), term.emitter) if self._is_split else None
+            columns.setdefault(label, []).append(column)
+        for label, some in columns.items():
+            add_rows(self._fixed_image(samples, label), block.pixels, block.coefficients[:, some] @ table[some])
 
     def _fall_back(self) -> None:
         """Turn what was collected into plain colour, and go on with plain colour."""
@@ -416,13 +437,14 @@ def joined_parts(parts: list[FilmPart]) -> FilmPart:
         return parts[0]
     samples = sum(part.samples for part in parts)
     kept: dict[Terms, list[FilmBlock]] = {}
-    fixed: NDArray[np.float64] | None = None
+    fixed: dict[Label, NDArray[np.float64]] = {}
     for part in parts:
         share = np.float32(part.samples / samples)
         for block in part.blocks:
             kept.setdefault(block.terms, []).append(_weighed(block, np.full(len(block.pixels), share)))
-        if part.fixed is not None:
-            fixed = part.fixed * share if fixed is None else fixed + part.fixed * share
+        for label, colour in part.fixed.items():
+            weighed = colour * share
+            fixed[label] = fixed[label] + weighed if label in fixed else weighed
     blocks = tuple(_joined_blocks(terms, alike) for terms, alike in kept.items())
     hits = np.sum([part.hits for part in parts], axis=0, dtype=np.float32)
     planes: dict[str, NDArray[np.float32]] = {}

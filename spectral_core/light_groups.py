@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from .colorimetry import observer, wavelength_grid
 from .errors import InvalidParameterError
+from .light_components import LIGHT_COMPONENTS, component_of
 from .renderer import Render
-from .scene_spectra import IMAGE, SceneSpectra, Term
+from .scene_spectra import SceneSpectra
 from .validation import require_choice
 
 __all__ = ["LIGHT_COMPONENTS", "LightPart", "component_of", "split_light"]
 
-LIGHT_COMPONENTS = ("body", "interface", "emission")
 _PARTS_AT_ONCE = 4  # pictures that are summed in one walk over the film
 
 
@@ -55,46 +55,13 @@ class LightPart:
             object.__setattr__(self, "lights", tuple(self.lights))
 
 
-def component_of(term: Term, spectra: SceneSpectra) -> str:
-    """Tell which reflection a term stands for.
-
-    Parameters
-    ----------
-    term : Term
-        A term of a film.
-    spectra : SceneSpectra
-        What its slots are.
-
-    Returns
-    -------
-    str
-        "body" when a body has reflected the light on its way, which happens at the last surface before mirrors only, so
-        that a mirrored body stays body; "emission" when the light arrives as the world or a glowing surface emits it,
-        seen directly or in mirrors whose factor is the constant 1; else "interface".
-
-    Raises
-    ------
-    IndexError
-        If the term points outside the spectra.
-
-    References
-    ----------
-    Tominaga 1996, Eqs. 4 and 7, whose two terms the names are.
-    """
-    if any(spectra.slots[slot].component.startswith("body") for slot in term.slots):
-        return "body"
-    met = [slot for slot in term.slots if not spectra.slots[slot].component.startswith(IMAGE)]
-    is_lamp = spectra.emitters[term.emitter].kind == "lamp"
-    return "interface" if met or is_lamp else "emission"
-
-
 def split_light(render: Render, parts: Sequence[LightPart]) -> list[NDArray[np.floating[Any]]]:
     """Give the pictures of some parts of a render's light; no ray is traced.
 
     Parameters
     ----------
     render : Render
-        A render whose light is kept by terms; relit ones as well.
+        A render whose light is kept by terms, relit ones as well; or whose settings asked to ``split_light``.
     parts : sequence of LightPart
         What each picture is to hold. Parts may overlap.
 
@@ -106,17 +73,17 @@ def split_light(render: Render, parts: Sequence[LightPart]) -> list[NDArray[np.f
     Raises
     ------
     InvalidParameterError
-        If the render did not keep its light by terms, or a light is not there.
+        If the render did neither, or a light is not there.
 
     References
     ----------
     Own design; linearity of light.
     """
     film, spectra = render.film, render.spectra
-    if not film.is_relightable:
+    if not film.is_relightable and not film.fixed_parts:
         raise InvalidParameterError(
             "this render did not keep all its light by terms (deep mirrors, or the memory limit), so its light cannot "
-            "be split"
+            "be split; with split_light in the settings it could"
         )
     terms = film.terms
     table = spectra.tristimulus_table(terms, observer(render.observer), wavelength_grid(render.grid))
@@ -134,6 +101,12 @@ def split_light(render: Render, parts: Sequence[LightPart]) -> list[NDArray[np.f
         columns = np.concatenate([table * row[:, None] for row in some], axis=1)
         sums = film.weighted_sum(columns, terms)
         pictures += [np.ascontiguousarray(sums[..., 3 * i : 3 * i + 3]) for i in range(len(some))]
+    for (component, emitter), image in film.fixed_parts.items():
+        for part, picture in zip(parts, pictures, strict=True):
+            if part.component not in (None, component):
+                continue
+            if part.lights is None or emitter in _emitter_indices(part.lights, spectra):
+                picture += image
     return pictures
 
 

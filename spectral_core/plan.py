@@ -233,12 +233,14 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
             materials.append(None)
             passes.append(RenderPass(f"material '{name}'", False, "no triangle uses it"))
             continue
-        known = {s: None if spectra.slots[s].is_unit else s for s in slots}
+        # What a metal reflects of the world and of surfaces at grazing angles must be told apart from what is seen of
+        # them directly; a lamp is not seen, so its light needs no name for a factor of 1.
+        named = {s for s in slots if not spectra.slots[s].is_unit}
         terms = tuple(
-            Term(source.emitter, tuple(sorted(chosen if s is None else (*chosen, s))))
+            Term(source.emitter, tuple(sorted((*chosen, s) if s in named or source.kind != "light" else chosen)))
             for source in sources
             for chosen in source.filters
-            for s in known.values()
+            for s in slots
         )
         mirror = _mirror_slots(material, slots, slot - 1) if settings.max_bounces else ()
         emission = Term(emissive[index]) if index in emissive else None

@@ -288,7 +288,15 @@ class _Assembly:
         settings, geometry = job.settings, job.geometry
         shape = (settings.height, settings.width)
         return cls(
-            film=FilmBuilder(settings.width, settings.height, job.spectra, job.observer, job.grid, settings.film_bytes),
+            film=FilmBuilder(
+                settings.width,
+                settings.height,
+                job.spectra,
+                job.observer,
+                job.grid,
+                settings.film_bytes,
+                settings.split_light,
+            ),
             buffers=SurfaceBuffers.empty(settings.height, settings.width, settings.buffers),
             statistics=RenderStatistics(
                 scene=job.scene.name,

@@ -203,6 +203,9 @@ class RenderSettings:
         Upper bound of rays that are in memory at once; the image is worked off in bands of whole rows.
     buffers : tuple of str
         What is kept of the first surface behind each pixel, besides its depth: of ``buffers.BUFFERS``.
+    split_light : bool
+        Whether light that is not kept by terms (deep mirrors, or beyond the memory limit) is kept apart by component
+        and emitter, so that :func:`~spectral_core.light_groups.split_light` works on any render.
     shadow_share : bool
         Whether the film keeps the share of the lamps' light that shadows take from the first surface.
     threads : int
@@ -236,6 +239,7 @@ class RenderSettings:
     buffers: tuple[str, ...] = ()
     threads: int = 0
     shadow_share: bool = False
+    split_light: bool = False
 
     def __post_init__(self) -> None:
         require_integer("width", self.width, 1)

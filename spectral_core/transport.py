@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colorimetry import Observer, tristimulus_weights, wavelength_grid
-from .film_builder import Deposits
+from .film_builder import Deposits, Label
+from .light_components import component_of
 from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
 from .plan import MaterialPlan, RenderPlan, SourcePlan
@@ -294,29 +295,39 @@ class Transport:
         if not len(pixels):
             return
         if polynomial.monomials is None:
-            self.film.deposit_colour(pixels, self._colour_at_nodes(polynomial, terms, coefficients))
+            for label, colour in self._colours_at_nodes(polynomial, terms, coefficients).items():
+                self.film.deposit_colour(pixels, colour, label)
         elif polynomial.monomials == ((),):
             self.film.deposit(terms, pixels, coefficients * polynomial.weights)
         else:
             products, values = product_terms(polynomial, terms, coefficients)
             self.film.deposit(products, pixels, values)
 
-    def _colour_at_nodes(
+    def _colours_at_nodes(
         self, polynomial: Polynomial, terms: tuple[Term, ...], coefficients: NDArray[np.floating[Any]]
-    ) -> NDArray[np.float64]:
-        """XYZ (N, 3) of light that is carried at the nodes of the bounce grid."""
+    ) -> dict[Label, NDArray[np.float64]]:
+        """XYZ (N, 3) of light that is carried at the nodes of the bounce grid; by component and emitter, if asked."""
         grid = wavelength_grid(self.settings.bounce_grid)
-        colour = np.zeros((len(coefficients), 3))
-        for emitter in sorted({term.emitter for term in terms}):
+        columns: dict[tuple[int, Label], list[int]] = {}
+        for k, term in enumerate(terms):
+            label = (self._component(term), term.emitter) if self.settings.split_light else None
+            columns.setdefault((term.emitter, label), []).append(k)
+        colours: dict[Label, NDArray[np.float64]] = {}
+        for (emitter, label), some in sorted(columns.items()):
             if emitter not in self._emitter_weights:
                 source = self.spectra.emitters[emitter]
                 weights = tristimulus_weights(source.illuminant, self.observer, grid)
                 self._emitter_weights[emitter] = source.strength * weights
-            columns = [k for k, term in enumerate(terms) if term.emitter == emitter]
-            table = np.array([self.spectra.product_at(terms[k].slots, self._nodes_nm) for k in columns])
-            spectrum = (coefficients[:, columns] @ table) * polynomial.weights
-            colour += spectrum @ self._emitter_weights[emitter]
-        return colour
+            table = np.array([self.spectra.product_at(terms[k].slots, self._nodes_nm) for k in some])
+            spectrum = (coefficients[:, some] @ table) * polynomial.weights
+            colour = spectrum @ self._emitter_weights[emitter]
+            colours[label] = colours[label] + colour if label in colours else colour
+        return colours
+
+    def _component(self, term: Term) -> str:
+        """Component of light that mirrors have passed on: what was emission has met their interfaces."""
+        component = component_of(term, self.spectra)
+        return "interface" if component == "emission" else component
 
     def _mirrored(
         self, points: SurfacePoints, pixels: NDArray[np.int64], polynomial: Polynomial, depth: int

@@ -33,6 +33,7 @@ STOREYS: tuple[frozenset[str], ...] = (
             "development",
             "film",
             "film_builder",
+            "light_components",
             "paths",
             "plan",
             "sample_pattern",

@@ -203,6 +203,24 @@ def test_a_group_named_on_an_object_but_not_in_the_layer_has_no_pass(table: Any)
     assert render_layers(table)[0].exported.passes.passes == ()
 
 
+def test_mirrored_light_that_is_carried_at_wavelengths_is_in_the_passes_too(table: Any, tmp_path: Path) -> None:
+    layer = all_light_passes(table)
+    layer.lightgroups.add(name="Key")
+    bpy.data.objects["Point"].lightgroup = "Key"
+    for name in ("Floor", "Sheet"):
+        for node in bpy.data.objects[name].data.materials[0].node_tree.nodes:
+            if "Mirror" in node.inputs:
+                node.inputs["Mirror"].default_value = 0.8
+    bpy.data.objects["Sheet"].rotation_euler.x = 1.2
+    table.dichromatic.bounce_spectra, table.dichromatic.bounce_grid = "nodes", "draft"
+    found = rendered_passes(table, tmp_path / "nodes.exr")
+    assert not render_layers(table)[0].render.film.is_relightable
+    whole = found["Combined"][..., :3]
+    parts = [found[name] for name in ("Body", "Interface", compat.EMISSION_PASS, compat.ENVIRONMENT_PASS)]
+    np.testing.assert_allclose(sum(parts), whole, atol=4 * FLOAT32_ROUNDING * whole.max())
+    assert 0.0 < found["Combined_Key"].sum() < whole.sum()
+
+
 def test_each_view_layer_has_its_own_passes(table: Any, tmp_path: Path) -> None:
     second = table.view_layers.new("Second")
     table.view_layers[0].use_pass_z = True

@@ -12,7 +12,7 @@ from spectral_core.renderer import render
 from spectral_core.scene import RenderSettings, Scene
 from spectral_core.spectra import Spectrum
 from tests.render.render_scenes import still_life
-from tests.tolerances import FLOAT64_ROUNDING
+from tests.tolerances import FLOAT32_ROUNDING, FLOAT64_ROUNDING, STANDARD_GRID_COLOUR
 
 SETTINGS = RenderSettings(width=48, height=32, samples=2, precision="float64", max_bounces=2, bounce_spectra="terms")
 BLACK = Spectrum.constant(0.0, name="black")
@@ -97,6 +97,43 @@ def test_what_cannot_be_split_says_why():
     with pytest.raises(InvalidParameterError, match="sequence of names, but is the text 'key'"):
         LightPart(lights="key")
     deep = render(mirrored(), replace(SETTINGS, bounce_spectra="nodes"))
+    assert not deep.film.is_relightable
     with pytest.raises(InvalidParameterError, match="cannot be split"):
         split_light(deep, [LightPart("body")])
     assert split_light(result, []) == []
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"bounce_spectra": "nodes"},
+        {"film_bytes": 50_000, "band_samples": 300},
+        {"bounce_spectra": "nodes", "film_bytes": 20_000, "adaptive_threshold": 1.0, "min_samples": 2, "samples": 6},
+    ],
+    ids=["nodes", "memory limit", "both, adaptive"],
+)
+def test_light_without_terms_is_split_too_when_asked(changes):
+    scene = mirrored()
+    settings = replace(SETTINGS, **changes)
+    result = render(scene, replace(settings, split_light=True))
+    assert not result.film.is_relightable
+    np.testing.assert_allclose(result.tristimulus(), render(scene, settings).tristimulus(), atol=10 * FLOAT32_ROUNDING)
+    components = split_light(result, [LightPart(name) for name in LIGHT_COMPONENTS])
+    lamps = split_light(result, [LightPart(lights=(i,)) for i in range(len(result.spectra.emitters))])
+    for parts in (components, lamps):
+        np.testing.assert_allclose(sum(parts), result.tristimulus(), atol=10 * FLOAT32_ROUNDING)
+    # The nodes integrate what the terms hold exactly; the memory limit loses nothing but the terms.
+    exact = split_light(render(scene, replace(settings, bounce_spectra="terms", film_bytes=None)), [LightPart("body")])
+    np.testing.assert_allclose(components[0], exact[0], atol=STANDARD_GRID_COLOUR)
+    alone = split_light(result, [LightPart("body", lights=("sun",))])[0]
+    assert 0.0 < alone.sum() < components[0].sum()
+
+
+def test_what_metals_reflect_of_the_sky_is_their_interface():
+    scene = still_life()
+    lit = replace(scene, lights=(), world=replace(scene.world, lights_surfaces=True), instances=scene.instances[2:3])
+    result = render(lit, SETTINGS)
+    interface, emission = split_light(result, [LightPart("interface"), LightPart("emission")])
+    ball, sky = result.alpha == 1.0, result.alpha == 0.0
+    assert interface[ball].min() > 0.0
+    assert emission[ball].max() == interface[sky].max() == 0.0
