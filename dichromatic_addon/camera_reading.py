@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ._core import core
 
-__all__ = ["Region", "read_region", "view_camera", "window_from_projection"]
+__all__ = ["Region", "read_lens", "read_region", "view_camera", "window_from_projection"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,35 @@ def read_region(render: Any) -> Region:
             f"of {width} x {height}"
         )
     return Region(width, height, left, bottom, right - left, top - bottom)
+
+
+def read_lens(camera: Any, depsgraph: Any) -> dict[str, Any]:
+    """Return the lens of an evaluated camera object, as arguments of the core's camera; none for a pinhole.
+
+    Units are those of Cycles: the aperture's diameter is the focal length in mm over the f-number, one thousandth of
+    that in scene units; the distance to an object in focus counts along the view.
+    """
+    data = camera.data
+    if not data.dof.use_dof or data.type != "PERSP":
+        return {}
+    dof = data.dof
+    distance = float(dof.focus_distance)
+    if dof.focus_object is not None:
+        target = dof.focus_object.evaluated_get(depsgraph)
+        place = target.matrix_world
+        if dof.focus_subtarget and target.type == "ARMATURE":
+            bone = target.pose.bones.get(dof.focus_subtarget)
+            place = place if bone is None else place @ bone.matrix
+        eye = np.array(camera.matrix_world, np.float64)
+        axis = eye[:3, 2] / np.linalg.norm(eye[:3, 2])
+        distance = abs(float((np.array(place, np.float64)[:3, 3] - eye[:3, 3]) @ axis))
+    return {
+        "lens_radius": 0.5e-3 * float(data.lens) / float(dof.aperture_fstop),
+        "focus_distance": max(distance, 1e-6),
+        "lens_blades": int(dof.aperture_blades),
+        "lens_rotation": float(dof.aperture_rotation),
+        "lens_ratio": float(dof.aperture_ratio),
+    }
 
 
 def window_from_projection(projection: NDArray[np.float64], orthographic: bool) -> tuple[float, float, float, float]:

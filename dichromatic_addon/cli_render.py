@@ -26,6 +26,7 @@ from .cli_scene import (
     open_scene,
     view_layer_name,
 )
+from .process_pool import process_pool
 from .progress_bar import ProgressBar
 
 __all__ = ["add_arguments", "run"]
@@ -39,6 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--film", type=Path, metavar="RENDER.npz", help="keep the render too, for relight, lamps, metamerism and probe"
+    )
+    parser.add_argument(
+        "--processes", type=int, default=0, metavar="N", help="work in so many processes instead of threads"
     )
     parser.add_argument("--display", metavar="NAME", help=f"{DISPLAY_HELP} (default: the file's)")
     parser.add_argument(
@@ -65,9 +69,14 @@ def run(arguments: argparse.Namespace) -> int:
         bar = ProgressBar(sys.stderr)
         progress = _ignore if arguments.quiet else bar.update
         try:
-            finished = operators.render_layers(
-                scene, layer=view_layer_name(scene, arguments.layer), progress=progress, adjust=adjustment(arguments)
-            )[0]
+            with process_pool(arguments.processes) as pool:
+                finished = operators.render_layers(
+                    scene,
+                    layer=view_layer_name(scene, arguments.layer),
+                    progress=progress,
+                    adjust=adjustment(arguments),
+                    executor=pool,
+                )[0]
         finally:
             bar.close()
         _write(arguments.output, finished, made)

@@ -33,6 +33,15 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frame", type=int, metavar="N", help="frame to render (default: the file's current frame)")
     parser.add_argument("--size", type=_size, metavar="WxH", help="size in pixels (default: the file's)")
     parser.add_argument("--samples", type=_positive, metavar="N", help="rays a pixel (default: the file's)")
+    parser.add_argument(
+        "--threads", type=_positive, metavar="N", help="threads that work side by side (default: the file's)"
+    )
+    parser.add_argument(
+        "--adaptive",
+        type=_threshold,
+        metavar="DE",
+        help="take further samples only where the first differ by more than this (CIE 1976 Lab; 1 can just be seen)",
+    )
     parser.add_argument("--layer", metavar="NAME", help="view layer (default: the first that is used for rendering)")
 
 
@@ -118,7 +127,8 @@ def adjustment(arguments: argparse.Namespace) -> Any:
     """Return what the arguments change in the settings of the file."""
 
     def adjust(settings: Any) -> Any:
-        return settings if arguments.samples is None else replace(settings, samples=arguments.samples)
+        changes = {"samples": arguments.samples, "threads": arguments.threads, "adaptive_threshold": arguments.adaptive}
+        return replace(settings, **{name: value for name, value in changes.items() if value is not None})
 
     return adjust
 
@@ -132,6 +142,16 @@ def _size(text: str) -> tuple[int, int]:
     if not all(4 <= side <= 65536 for side in size):
         raise argparse.ArgumentTypeError(f"sides must lie between 4 and 65536 pixels, but are {text!r}")
     return size
+
+
+def _threshold(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 100.0:
+        raise argparse.ArgumentTypeError(f"must be a number from 0 to 100, but is {text!r}")
+    return value
 
 
 def _positive(text: str) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -66,6 +67,8 @@ class Capture:
         Called as ``progress(fraction, message)``; Blender's own status line is left alone then.
     adjust : callable, optional
         From the exported RenderSettings to those that are used.
+    executor : concurrent.futures.Executor, optional
+        Who works on the picture; threads of Blender's own process when left out.
     layers : list of FinishedLayer
         In the order of rendering.
     error : Exception or None
@@ -74,6 +77,7 @@ class Capture:
 
     progress: Callable[[float, str], None] | None = None
     adjust: Callable[[Any], Any] | None = None
+    executor: Executor | None = None
     layers: list[FinishedLayer] = field(default_factory=list)
     error: BaseException | None = None
 
@@ -83,10 +87,12 @@ _captures: list[Capture] = []
 
 @contextmanager
 def capture(
-    progress: Callable[[float, str], None] | None = None, adjust: Callable[[Any], Any] | None = None
+    progress: Callable[[float, str], None] | None = None,
+    adjust: Callable[[Any], Any] | None = None,
+    executor: Executor | None = None,
 ) -> Iterator[Capture]:
     """Collect what the engine renders inside the block; Blender's render operator itself returns no pixels."""
-    made = begin_capture(progress, adjust)
+    made = begin_capture(progress, adjust, executor)
     try:
         yield made
     finally:
@@ -94,10 +100,12 @@ def capture(
 
 
 def begin_capture(
-    progress: Callable[[float, str], None] | None = None, adjust: Callable[[Any], Any] | None = None
+    progress: Callable[[float, str], None] | None = None,
+    adjust: Callable[[Any], Any] | None = None,
+    executor: Executor | None = None,
 ) -> Capture:
     """Start to collect what the engine renders, until :func:`end_capture`; for renders that outlive the caller."""
-    made = Capture(progress, adjust)
+    made = Capture(progress, adjust, executor)
     _captures.append(made)
     return made
 
@@ -229,8 +237,15 @@ class _LayerJob:
             is_kept=depsgraph.scene.render.use_persistent_data and not self._engine.is_preview,
             stop_if_cancelled=self._stop_if_cancelled,
         )
+        executor = None if self._listener is None else self._listener.executor
         render = core.render(
-            exported.scene, settings, self._progress, self._is_cancelled, show, acceleration=acceleration
+            exported.scene,
+            settings,
+            self._progress,
+            self._is_cancelled,
+            show,
+            acceleration=acceleration,
+            executor=executor,
         )
         render.statistics.notes.extend(exported.notes)
         pixels = exported.colour.rgba(render.tristimulus(), _alpha(render, exported))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,7 @@ def render_layers(
     layer: str = "",
     progress: Callable[[float, str], None] | None = None,
     adjust: Callable[[Any], Any] | None = None,
+    executor: Executor | None = None,
 ) -> list[FinishedLayer]:
     """Render a scene with the dichromatic engine and return its layers; the scene is left as it was.
 
@@ -62,7 +64,7 @@ def render_layers(
         Any engine may be set in it.
     layer : str, optional
         One view layer; all that are used for rendering when empty.
-    progress, adjust : callable, optional
+    progress, adjust, executor
         As :class:`~.engine.Capture` has them.
 
     Returns
@@ -75,7 +77,7 @@ def render_layers(
     DichromaticError
         With the reason, also when it was cancelled.
     """
-    with _our_engine(scene, layer), capture(progress, adjust) as captured:
+    with _our_engine(scene, layer), capture(progress, adjust, executor) as captured:
         try:
             with bpy.context.temp_override(scene=scene):
                 bpy.ops.render.render()

@@ -245,6 +245,15 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
         settings = context.scene.dichromatic
         layout.prop(settings, "quality")
         layout.prop(settings, "samples")
+        heading = layout.column(heading="Adaptive Sampling")
+        row = heading.row(align=True)
+        row.prop(settings, "use_adaptive", text="")
+        threshold = row.row(align=True)
+        threshold.active = settings.use_adaptive
+        threshold.prop(settings, "adaptive_threshold", text="")
+        column = layout.column()
+        column.active = settings.use_adaptive
+        column.prop(settings, "adaptive_min_samples")
         column = layout.column()
         column.prop(settings, "pixel_filter")
         column.prop(settings, "filter_width")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import compat
 from ._core import core
@@ -194,6 +194,30 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
         description="Rays a pixel: smooths edges. Colors are exact with a single one",
         default=4,
         min=1,
+        soft_max=64,
+        max=65536,
+    )
+    use_adaptive: BoolProperty(
+        name="Adaptive Sampling",
+        description="Take the further samples only where the first ones differ: at edges, in soft shadows and out of "
+        "focus. Flat parts of the picture cost a fraction",
+        default=False,
+    )
+    adaptive_threshold: FloatProperty(
+        name="Color Difference",
+        description="The difference of the two halves of a pixel's first samples (CIE 1976 Lab) above which it takes "
+        "all of them. 1 can just be seen",
+        default=1.0,
+        min=0.001,
+        soft_max=10.0,
+        max=100.0,
+        precision=2,
+    )
+    adaptive_min_samples: IntProperty(
+        name="Min Samples",
+        description="Samples that every pixel takes before it is decided whether it needs the others",
+        default=4,
+        min=2,
         soft_max=64,
         max=65536,
     )
@@ -443,6 +467,9 @@ def read_settings(scene: Any) -> core.RenderSettings:
         bounce_grid=settings.bounce_grid,
         term_limit=settings.term_limit,
         precision=settings.precision,
+        adaptive_threshold=settings.adaptive_threshold if settings.use_adaptive else 0.0,
+        min_samples=settings.adaptive_min_samples,
+        threads=render.threads if render.threads_mode == "FIXED" else 0,
     )
 
 

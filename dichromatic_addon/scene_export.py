@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ._core import core
-from .camera_reading import Region, read_region, window_from_projection
+from .camera_reading import Region, read_lens, read_region, window_from_projection
 from .light_reading import read_light, read_world_colour
 from .mesh_reading import MeshArrays, corner_coordinates, read_mesh
 from .nodes.images import Coordinates
@@ -192,8 +192,8 @@ def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]
         dtype=np.float64,
     )
     orthographic = data.type == "ORTHO"
-    if data.dof.use_dof:
-        notes.append(f"depth of field of camera '{camera.name}' is not rendered: everything is in focus")
+    if data.dof.use_dof and orthographic:
+        notes.append(f"depth of field of camera '{camera.name}' is not rendered: it is orthographic")
     return (
         core.Camera(
             matrix=np.array(evaluated.matrix_world, dtype=np.float64),
@@ -201,6 +201,7 @@ def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]
             kind="orthographic" if orthographic else "perspective",
             clip_start=float(data.clip_start),
             clip_end=float(data.clip_end),
+            **read_lens(evaluated, depsgraph),
         ),
         region,
     )

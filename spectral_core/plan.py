@@ -249,7 +249,8 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
     background: tuple[Term, ...] = ()
     if world.strength > 0.0:
         background = tuple(Term(len(scene.lights), chosen) for chosen in image_slots)
-        passes.append(RenderPass("background", True, f"world '{world.name}' has strength {world.strength:g}"))
+        seen = "" if world.camera_visible else ", in mirrors only"
+        passes.append(RenderPass("background", True, f"world '{world.name}' has strength {world.strength:g}{seen}"))
     else:
         passes.append(RenderPass("background", False, f"world '{world.name}' is black"))
     passes.append(_lens_pass(scene))

@@ -41,6 +41,8 @@ class World:
         Whether surfaces receive its light, too.
     image : EnvironmentImage, optional
         What it looks like; the same in every direction when left out.
+    camera_visible : bool
+        Whether the camera sees it directly; mirrors show it, and surfaces receive its light, all the same.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class World:
     name: str = "World"
     lights_surfaces: bool = False
     image: EnvironmentImage | None = None
+    camera_visible: bool = True
 
     def __post_init__(self) -> None:
         if self.image is not None and not isinstance(self.image, EnvironmentImage):

@@ -103,7 +103,8 @@ class Transport:
         """
         self._lamp_points = lamp_points
         polynomial = Polynomial.one(len(pixels), self.geometry.dtype)
-        self._deposit_background(pixels, hits, directions, polynomial)
+        if self.scene.world.camera_visible:
+            self._deposit_background(pixels, hits, directions, polynomial)
         with self.statistics.timed("shading"):
             first = surface_points(self.geometry, hits, directions)
         tally = ShadowTally(first.normal) if self.settings.shadow_share else None
@@ -165,7 +166,9 @@ class Transport:
         occluded = np.zeros(len(pixels), self.geometry.dtype)
         occluded[points.ray] = tally.occluded
         one = Polynomial.one(len(pixels), self.geometry.dtype)
-        self._deposit_background(pixels, None, directions, Polynomial(one.monomials, (1.0 - occluded)[:, None]))
+        if self.scene.world.camera_visible:
+            unshadowed = Polynomial(one.monomials, (1.0 - occluded)[:, None])
+            self._deposit_background(pixels, None, directions, unshadowed)
         self.film.count_hits(pixels, occluded)
         if self.settings.shadow_share:
             self.film.count("occluded", pixels, occluded)

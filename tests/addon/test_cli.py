@@ -298,3 +298,17 @@ def test_a_kept_film_is_relit_like_a_fresh_render(blend: Path, tmp_path: Path) -
     assert cli.main(["relight", str(film), "--power", "Point=30", "-o", str(relit)]) == 0
     assert cli.main(["render", str(blend), "-o", str(fresh), "--frame", "10", "-q"]) == 0
     np.testing.assert_allclose(pixels_of(relit), pixels_of(fresh), rtol=4 * FLOAT32_ROUNDING, atol=1e-7)
+
+
+def test_processes_and_threads_give_the_same_picture(blend: Path, tmp_path: Path) -> None:
+    pictures = []
+    for number, options in enumerate((["--threads", 1], ["--threads", 3], ["--processes", 2])):
+        output = tmp_path / f"{number}.png"
+        done = run("render", blend, "-o", output, "--samples", 5, "--adaptive", 0.5, *options)
+        assert done.returncode == 0, done.stderr
+        assert "took all samples" in done.stdout
+        pictures.append(output.read_bytes())
+    assert pictures[0] == pictures[1] == pictures[2]
+    refused = run("render", blend, "-o", tmp_path / "x.png", "--processes", -1)
+    assert refused.returncode != 0
+    assert "processes must be at least 0, but is -1" in refused.stderr

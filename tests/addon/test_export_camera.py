@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
@@ -90,7 +91,34 @@ def test_clipping_distances_are_exported(scene: Any) -> None:
     assert core_camera.clip_end == pytest.approx(40.0)
 
 
-def test_depth_of_field_is_noted(scene: Any) -> None:
-    add_camera(scene).data.dof.use_dof = True
+def exported_camera(scene: Any) -> Any:
+    return render_layers(scene)[0].exported.scene.camera
+
+
+def test_the_lens_is_that_of_blender(scene: Any) -> None:
+    """The aperture's diameter is focal length / f-number; the distance to an object counts along the view."""
+    camera = add_camera(scene, (0.0, -6.0, 0.0), (0.5 * math.pi, 0.0, 0.0))
     small_picture(scene)
-    assert any("depth of field" in note for note in render_layers(scene)[0].exported.notes)
+    assert not exported_camera(scene).has_lens
+    data = camera.data
+    data.lens, data.dof.use_dof = 50.0, True
+    data.dof.aperture_fstop, data.dof.focus_distance = 2.0, 4.5
+    data.dof.aperture_blades, data.dof.aperture_rotation, data.dof.aperture_ratio = 6, 0.3, 2.0
+    lens = exported_camera(scene)
+    assert lens.lens_radius == pytest.approx(0.0125)
+    assert lens.focus_distance == pytest.approx(4.5)
+    assert (lens.lens_blades, lens.lens_rotation, lens.lens_ratio) == (6, pytest.approx(0.3), pytest.approx(2.0))
+    aside = bpy.data.objects.new("Aside", None)
+    aside.location = (3.0, 1.0, 0.0)
+    scene.collection.objects.link(aside)
+    data.dof.focus_object = aside
+    assert exported_camera(scene).focus_distance == pytest.approx(7.0, rel=1e-6)
+
+
+def test_an_orthographic_camera_has_no_lens_and_says_so(scene: Any) -> None:
+    camera = add_camera(scene)
+    camera.data.type, camera.data.dof.use_dof = "ORTHO", True
+    small_picture(scene)
+    finished = render_layers(scene)[0]
+    assert not finished.exported.scene.camera.has_lens
+    assert any("it is orthographic" in note for note in finished.exported.notes)

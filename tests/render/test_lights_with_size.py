@@ -329,3 +329,11 @@ def test_doubles_and_singles_agree_on_lamps():
     fine, coarse = (light.illuminate(points.astype(t), ORIGIN, at).irradiance for t in (np.float64, np.float32))
     np.testing.assert_allclose(coarse, fine, rtol=1e-4, atol=1e-6)  # single rounding, where the cosine is small
     assert fine.max() > 0.1
+
+
+def test_a_world_that_the_camera_does_not_see_still_lights():
+    world = World(WHITE, 1.0, lights_surfaces=True, camera_visible=False)
+    scene = Scene([Instance(floor(0.5))], [MATTE], [], looking_down(1.0), world)
+    y = render(scene, RenderSettings(16, 16, samples=4, filter_width=1e-3)).tristimulus()[..., 1]
+    assert y[0, 0] == 0.0
+    assert y[4:12, 4:12].mean() == pytest.approx(0.5, rel=0.05)  # 256 directions, a cosine
