@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from . import last_render
 from ._core import core
+from .first_look import first_look, is_worth_it
 from .names import ENGINE_ID
 from .persistent import acceleration_for
 from .progress_bar import format_duration
@@ -238,12 +239,16 @@ class _LayerJob:
             stop_if_cancelled=self._stop_if_cancelled,
         )
         executor = None if self._listener is None else self._listener.executor
+        is_watched = not bpy.app.background
+        if is_watched and is_worth_it(settings):
+            self._progress(0.0, "a first look")
+            self._put(0, {"Combined": first_look(exported, settings, acceleration, self._is_cancelled)})
         render = core.render(
             exported.scene,
             settings,
             self._progress,
             self._is_cancelled,
-            show,
+            show if is_watched else None,
             acceleration=acceleration,
             executor=executor,
         )

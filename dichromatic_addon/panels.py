@@ -358,6 +358,22 @@ class DICHROMATIC_PT_simplify(_DichromaticPanel, bpy.types.Panel):
         layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
+class DICHROMATIC_PT_performance(_DichromaticPanel, bpy.types.Panel):
+    bl_label = "Performance"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        render = context.scene.render
+        column = layout.column()
+        column.prop(render, "threads_mode")
+        sub = column.column()
+        sub.enabled = render.threads_mode == "FIXED"
+        sub.prop(render, "threads")
+        layout.prop(render, "use_persistent_data", text="Persistent Data")
+
+
 CLASSES = (
     DICHROMATIC_PT_material,
     DICHROMATIC_PT_light,
@@ -369,6 +385,7 @@ CLASSES = (
     DICHROMATIC_PT_adaptation,
     DICHROMATIC_PT_output,
     DICHROMATIC_PT_simplify,
+    DICHROMATIC_PT_performance,
 )
 
 

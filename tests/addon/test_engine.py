@@ -15,6 +15,7 @@ import pytest
 
 from dichromatic_addon._core import core
 from dichromatic_addon.engine import DichromaticRenderEngine, _LayerJob
+from dichromatic_addon.first_look import first_look, is_worth_it
 from dichromatic_addon.operators import render_layers
 from tests.addon.building import add_camera, add_light, add_plane, combined, small_picture, white_material
 from tests.tolerances import FLOAT32_ROUNDING
@@ -186,6 +187,30 @@ def test_bands_build_up_the_picture_from_the_top(studio: Any) -> None:
     assert [tile[1] for tile in recorder.tiles] == [41, 34, 27, 20, 13, 6, 0]
     reference = exported.colour.rgba(whole.tristimulus(), None)
     np.testing.assert_allclose(recorder.pixels[::-1], reference, atol=FLOAT32_ROUNDING * reference.max())
+
+
+def test_the_first_look_is_the_picture_in_coarse(studio: Any) -> None:
+    """Each of its squares is what one ray through the square's middle sees: the pixel of the picture there."""
+    studio.render.resolution_x, studio.render.resolution_y = 131, 75
+    studio.dichromatic.samples, studio.dichromatic.pixel_filter, studio.dichromatic.filter_width = 1, "box", 0.001
+    finished = render_layers(studio)[0]
+    exported = finished.exported
+    fine = exported.colour.rgba(finished.render.tristimulus(), None)
+    acceleration = core.Acceleration(core.Geometry.from_instances(exported.scene.instances))
+    look = first_look(exported, exported.settings, acceleration, lambda: False)
+    assert look.shape == (75, 131, 4)
+    middles = look[3::8, 3::8, 1]
+    assert len(np.unique(middles)) > 50
+    for corner in (look[:72:8, :128:8], look[7::8, 7::8]):
+        np.testing.assert_array_equal(corner[:9, :16], look[3:72:8, 3:128:8][:9, :16])
+    # The ray of a square goes through the corner of four pixels, half a pixel away from their middles.
+    around = [fine[3 + dy : 72 : 8, 3 + dx : 128 : 8, 1][:9, :16] for dy in (0, 1) for dx in (0, 1)]
+    between = np.mean(around, axis=0)
+    assert np.quantile(np.abs(look[3:72:8, 3:128:8, 1][:9, :16] - between), 0.9) < 0.01 * fine[..., 1].max()
+    with pytest.raises(core.RenderCancelledError):
+        first_look(exported, exported.settings, acceleration, lambda: True)
+    assert not is_worth_it(exported.settings)
+    assert is_worth_it(replace(exported.settings, samples=1000))
 
 
 def test_working_space_matrix_is_that_of_rec709(addon: Any) -> None:

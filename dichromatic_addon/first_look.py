@@ -1,0 +1,76 @@
+"""A coarse picture of a large render, shown before the first part of the real one is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import core
+from .camera_reading import Region
+
+__all__ = ["first_look", "is_worth_it"]
+
+_STEP = 8  # pixels on a side of one pixel of the coarse picture
+_LEAST_RAYS = 1 << 22  # camera rays of the whole render; fewer are a few seconds, and need no coarse picture
+
+
+def is_worth_it(settings: Any) -> bool:
+    """Whether a render is so large that somebody would wait for its first part."""
+    return bool(settings.width * settings.height * settings.samples >= _LEAST_RAYS)
+
+
+def first_look(exported: Any, settings: Any, acceleration: Any, cancel: Callable[[], bool]) -> NDArray[np.float32]:
+    """Render one ray for every 8 x 8 pixels.
+
+    Parameters
+    ----------
+    exported : ExportedScene
+        The scene.
+    settings : RenderSettings
+        Those of the real render.
+    acceleration : Acceleration
+        Of the scene's triangles; what is made for the coarse picture serves the real one.
+    cancel : callable
+        Asked often; a true answer ends it.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W, 4)
+        Scene linear, premultiplied; each ray's colour fills its square. Mirrors show one bounce.
+
+    Raises
+    ------
+    RenderCancelledError
+        If `cancel` said so.
+
+    References
+    ----------
+    Own design.
+    """
+    width, height = -(-settings.width // _STEP), -(-settings.height // _STEP)
+    # The last column and row may reach beyond the picture.
+    frame = Region(settings.width, settings.height, 0, settings.height - height * _STEP, width * _STEP, height * _STEP)
+    camera = exported.scene.camera
+    scene = replace(exported.scene, camera=replace(camera, window=frame.crop(camera.window)))
+    coarse = replace(
+        settings,
+        width=width,
+        height=height,
+        samples=1,
+        pixel_filter="box",
+        filter_width=1.0,
+        max_bounces=min(settings.max_bounces, 1),
+        adaptive_threshold=0.0,
+        buffers=(),
+        shadow_share=False,
+        split_light=False,
+        film_bytes=None,
+    )
+    render = core.render(scene, coarse, cancel=cancel, acceleration=acceleration)
+    pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
+    large = np.repeat(np.repeat(pixels, _STEP, axis=0), _STEP, axis=1)
+    return np.ascontiguousarray(large[: settings.height, : settings.width])
