@@ -15,9 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import core
-from .spectrum_sources import working_to_rec709
+from .spectrum_sources import rec709_to_working, working_to_rec709
 
-__all__ = ["CHANNELS", "PICTURES", "forget", "image_problem", "texture_of"]
+__all__ = [
+    "CHANNELS",
+    "PICTURES",
+    "forget",
+    "from_working",
+    "image_problem",
+    "mean_color",
+    "texture_of",
+    "working_pixels",
+]
 
 CHANNELS = ("colour", "mask", "alpha")
 """Three channels of colour, their luminance as a mask, or the alpha as one."""
@@ -136,6 +145,58 @@ def texture_of(
     return _textures[key]
 
 
+def working_pixels(image: Any, *, straight: bool, pictures: str) -> NDArray[np.float32]:
+    """Give an image as Blender's colour nodes see it: scene linear in the working space, and its alpha.
+
+    Parameters
+    ----------
+    image : bpy.types.Image
+        One without an :func:`image_problem`.
+    straight : bool
+        As for :func:`texture_of`.
+    pictures : str
+        "none" for one white pixel; else it is read.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W, 4)
+        Row 0 is the bottom.
+
+    Raises
+    ------
+    SceneError
+        If the image has no pixels.
+    """
+    if pictures == "none":
+        return np.ones((1, 1, 4), np.float32)
+    raw = _raw_pixels(image)
+    alpha = _channel(image, raw, "alpha", straight)
+    colours = _linear(image, raw, alpha if image.alpha_mode != "NONE" else np.ones_like(alpha), straight)
+    if image.is_float or _is_data(image):
+        return np.concatenate([colours, alpha], axis=2)
+    matrix = np.array([rec709_to_working(axis) for axis in np.eye(3).tolist()], np.float32)
+    return np.concatenate([_times(colours, matrix), alpha], axis=2)
+
+
+def mean_color(image: Any, *, straight: bool) -> NDArray[np.float64]:
+    """Average an image: red, green, blue of the working space and alpha; white where it has no pixels."""
+    try:
+        return working_pixels(image, straight=straight, pictures="read").mean(axis=(0, 1), dtype=np.float64)
+    except core.SceneError:
+        return np.ones(4)
+
+
+def from_working(colours: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Convert colours (..., 3) of the working space to linear Rec.709, parts outside it cut off."""
+    matrix = np.array([working_to_rec709(axis) for axis in np.eye(3).tolist()], np.float32)
+    return np.maximum(_times(colours, matrix), 0.0)
+
+
+def _times(colours: NDArray[np.float32], matrix: NDArray[np.float32]) -> NDArray[np.float32]:
+    is_identity = np.abs(matrix - np.eye(3)).max() < _DIGITS_OF_MATRICES  # the working space is Rec.709
+    return colours if is_identity else colours @ matrix
+
+
 def _is_data(image: Any) -> bool:
     return bool(image.colorspace_settings.is_data)
 
@@ -155,23 +216,20 @@ def _channel(image: Any, raw: NDArray[np.float32], channel: str, straight: bool)
     alpha = raw[..., 3:4] if raw.shape[2] == 4 and image.alpha_mode != "NONE" else np.ones_like(raw[..., :1])
     if channel == "alpha":
         return np.clip(alpha, 0.0, 1.0)
+    linear = _linear(image, raw, alpha, straight)
+    rec709 = from_working(linear) if image.is_float or _is_data(image) else np.maximum(linear, 0.0)
+    return np.clip(rec709 @ _LUMINANCE, 0.0, 1.0)[..., None] if channel == "mask" else rec709
+
+
+def _linear(image: Any, raw: NDArray[np.float32], alpha: NDArray[np.float32], straight: bool) -> NDArray[np.float32]:
+    """Colours with what their alpha does to them: of 8-bit images in Rec.709, of others in the working space."""
     colours = raw[..., :3] if raw.shape[2] >= 3 else np.repeat(raw[..., :1], 3, axis=2)
-    linear = _from_working(colours) if image.is_float or _is_data(image) else _decoded(image, colours)
-    if image.alpha_mode not in _ALPHA_IGNORED and not _is_data(image):
-        if straight and image.is_float:
-            linear = np.divide(linear, alpha, out=np.zeros_like(linear), where=alpha > 0.0)
-        elif not straight and not image.is_float:
-            linear = linear * alpha
-    if channel == "mask":
-        return np.clip(linear @ _LUMINANCE, 0.0, 1.0)[..., None]
-    return np.maximum(linear, 0.0)  # parts outside Rec.709 are cut off, as those of a colour that is uplifted
-
-
-def _from_working(colours: NDArray[np.float32]) -> NDArray[np.float32]:
-    matrix = np.array([working_to_rec709(axis) for axis in np.eye(3).tolist()])
-    if np.abs(matrix - np.eye(3)).max() < _DIGITS_OF_MATRICES:
-        return colours  # the working space is Rec.709
-    return colours @ matrix.astype(np.float32)
+    linear = colours if image.is_float or _is_data(image) else _decoded(image, colours)
+    if image.alpha_mode in _ALPHA_IGNORED or _is_data(image):
+        return linear
+    if straight and image.is_float:
+        return np.divide(linear, alpha, out=np.zeros_like(linear), where=alpha > 0.0)
+    return linear if straight or image.is_float else linear * alpha
 
 
 def _decoded(image: Any, colours: NDArray[np.float32]) -> NDArray[np.float32]:

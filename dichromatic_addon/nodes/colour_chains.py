@@ -6,6 +6,7 @@ curves to the end of the chain, and the mean of what arrives is taken; a note sa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from statistics import NormalDist
 from typing import Any
@@ -13,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from .._core import core
+from ..image_reading import image_problem, mean_color
 from ..names import SPECTRUM_NODE, SPECTRUM_NODES
 from ..spectrum_sources import working_luminance
 from .colour_operations import OPERATIONS, Values
+from .images import IMAGE_NODE
 from .links import Origin, origin_of
 
 __all__ = ["ColourChains"]
@@ -63,9 +66,13 @@ class ColourChains:
     ----------
     notes : list of str
         What had to be approximated on the way, in the order in which it was met.
+    pixels : callable, optional
+        ``pixels(origin)`` gives the samples (N, 4) of an image, all of the same N; patterns are then averaged before
+        they meet them. Without it the mean of an image stands for it.
     """
 
     notes: list[str] = field(default_factory=list)
+    pixels: Callable[[Origin], Values | None] | None = None
     _depth: int = 0
 
     def colour(self, socket: Any, groups: tuple[Any, ...] = ()) -> tuple[float, float, float]:
@@ -114,6 +121,28 @@ class ColourChains:
         """
         return float(np.nan_to_num(_channels(self._input(socket, groups), socket.type, 1)).mean())
 
+    def samples(self, socket: Any, groups: tuple[Any, ...] = ()) -> Values:
+        """Return the scene linear colours (N, 3) of an input for every pixel of its images, or its one colour (3,).
+
+        Parameters
+        ----------
+        socket : bpy.types.NodeSocket
+            An input.
+        groups : tuple of bpy.types.Node, optional
+            The group nodes around it.
+
+        Returns
+        -------
+        ndarray
+            The colours.
+
+        Raises
+        ------
+        SceneError
+            If the links form a cycle.
+        """
+        return np.nan_to_num(_channels(self._input(socket, groups), socket.type, 3), posinf=0.0, neginf=0.0)
+
     def note(self, text: str) -> None:
         """Remember an approximation once."""
         if text not in self.notes:
@@ -161,6 +190,8 @@ class ColourChains:
             return np.full(_count(output.type), constant)
         if kind == "ShaderNodeAmbientOcclusion":
             return inputs("Color")
+        if kind == IMAGE_NODE:
+            return self._of_image(Origin(output, groups))
         found: Values | None = None
         if kind == "ShaderNodeTexChecker":
             found = _alternating(inputs("Color1"), inputs("Color2"), 0.5, output)
@@ -172,7 +203,19 @@ class ColourChains:
             found = _PATTERNS[kind] if _count(output.type) == 1 else np.repeat(_PATTERNS[kind], 3, axis=1)
         if found is not None:
             self.note(f"the pattern of '{node.name}' is not rendered: the mean of its colors or values is used")
+            if self.pixels is not None and found.ndim > 1:
+                return found.mean(axis=0)
         return found
+
+    def _of_image(self, origin: Origin) -> Values | None:
+        node, output = origin.node, origin.socket
+        if image_problem(node.image):
+            return None
+        values = None if self.pixels is None else self.pixels(origin)
+        if values is None:
+            self.note(f"the image of '{node.name}' is not rendered here: its mean is used")
+            values = mean_color(node.image, straight=node.outputs["Alpha"].is_linked)
+        return values[..., 3:] if output.name == "Alpha" else values[..., :3]
 
     def _of_spectrum(self, node: Any, groups: tuple[Any, ...]) -> Values:
         """Return the RGB that the node itself shows to other engines."""

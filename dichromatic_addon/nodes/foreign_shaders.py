@@ -13,6 +13,7 @@ from ..names import SPECTRUM_NODE, SPECTRUM_NODES, SURFACE_NODES
 from ..spectrum_sources import luminance, tinted_daylight, uplifted
 from .closures import Body, Finished, Glow, Parts, Tint, lobe_of_roughness
 from .colour_chains import ColourChains
+from .image_chains import ImageChain
 from .images import IMAGE_NODE
 from .inputs import InputReader
 from .links import Origin, origin_of
@@ -92,6 +93,13 @@ class ShaderReader:
                     return Tint.of(self.reader.reflectance(node, name, groups), origin)
                 except core.SceneError as error:
                     self.parts.note(str(error))
+            else:
+                chain = ImageChain(node, name, groups)
+                if chain.has_image:
+                    found = Tint.of(chain.reflectance(self.reader))
+                    for text in chain.notes:
+                        self.parts.note(text)
+                    return found
         colour = self.colour(node, name, groups)
         red, green, blue = (max(part, 0.0) for part in colour)
         return Tint(uplifted((red, green, blue)), (red, green, blue))

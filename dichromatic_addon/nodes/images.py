@@ -17,7 +17,7 @@ from .._core import core
 from ..image_reading import image_problem, texture_of
 from .links import Origin, origin_of
 
-__all__ = ["IMAGE_NODE", "Coordinates", "interpolation_note", "read_texture", "texture_problem"]
+__all__ = ["IMAGE_NODE", "Coordinates", "Layout", "interpolation_note", "layout_of", "read_texture", "texture_problem"]
 
 IMAGE_NODE = "ShaderNodeTexImage"
 
@@ -43,6 +43,24 @@ class Coordinates:
     kind: str = "UV"
     uv_map: str = ""
     matrix: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How an image lies on surfaces; two images of the same size and layout cover each other pixel by pixel.
+
+    Attributes
+    ----------
+    coordinates : Coordinates
+        What its coordinates are made from.
+    extension, interpolation, transform
+        As for the core's ``ImageTexture``.
+    """
+
+    coordinates: Coordinates
+    extension: str
+    interpolation: str
+    transform: tuple[tuple[float, ...], ...]
 
 
 def texture_problem(origin: Origin) -> str:
@@ -100,22 +118,34 @@ def read_texture(origin: Origin, channel: str, pictures: str) -> tuple[core.Imag
         If the image has no pixels, or one is invalid.
     """
     node = origin.node
+    layout = layout_of(origin)
+    texture = texture_of(
+        node.image,
+        channel,
+        layout.extension,
+        layout.interpolation,
+        layout.transform,
+        straight=node.outputs["Alpha"].is_linked,
+        pictures=pictures,
+    )
+    return texture, layout.coordinates
+
+
+def layout_of(origin: Origin) -> Layout:
+    """Say how an Image Texture node without a :func:`texture_problem` lays its image on surfaces."""
+    node = origin.node
     coordinates, matrix = _placement(node, origin.groups)
     if coordinates.kind == "UV":
         transform = matrix[:2][:, [0, 1, 3]]
     else:
         coordinates = Coordinates(coordinates.kind, matrix=tuple(tuple(row) for row in matrix[:2].tolist()))
         transform = np.eye(2, 3)
-    texture = texture_of(
-        node.image,
-        channel,
+    return Layout(
+        coordinates,
         _EXTENSIONS[node.extension],
         _INTERPOLATIONS.get(node.interpolation, "linear"),
-        transform,
-        straight=node.outputs["Alpha"].is_linked,
-        pictures=pictures,
+        tuple(tuple(row) for row in transform.tolist()),
     )
-    return texture, coordinates
 
 
 def _placement(node: Any, groups: tuple[Any, ...]) -> tuple[Coordinates, NDArray[np.float64]]:

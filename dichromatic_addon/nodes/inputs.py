@@ -151,6 +151,17 @@ class InputReader:
             texture, coordinates = read_texture(origin, channel, self.pictures)
         except core.DichromaticError as error:
             raise core.SceneError(f"{name} of {self.place(node)}: {error}") from error
+        self.place_image(node, name, origin, coordinates)
+        return texture
+
+    def place_image(self, node: Any, name: str, origin: Origin, coordinates: Coordinates) -> None:
+        """Remember what an image is placed by, and what of its node was approximated.
+
+        Raises
+        ------
+        SceneError
+            If another image of the material is placed by something else.
+        """
         if self.coordinates not in (None, coordinates):
             raise core.SceneError(
                 f"{name} of {self.place(node)}: the images of one material must use the same UV map, and the same "
@@ -160,7 +171,6 @@ class InputReader:
         note = interpolation_note(origin.node)
         if note and note not in self.notes:
             self.notes.append(note)
-        return texture
 
     def of_spectrum_node(self, node: Any, groups: tuple[Any, ...] = ()) -> Reflectance:
         """Read the spectrum of a Spectrum node, with what is linked to its inputs.

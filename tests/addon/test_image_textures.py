@@ -14,12 +14,13 @@ from dichromatic_addon.nodes.editing import set_surface_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
 from dichromatic_addon.scene_export import export_scene
 from tests.addon.building import add_light, add_plane, combined, look_down, small_picture
-from tests.tolerances import FLOAT32_ROUNDING, IMAGE_AGAINST_CYCLES
+from tests.tolerances import FLOAT32_ROUNDING, IMAGE_AGAINST_CYCLES, REC709_ROUND_TRIP
 
 pytestmark = pytest.mark.bpy
 
 RNG = np.random.default_rng(7)
 WIDTH, HEIGHT = 6, 5
+TAKEN_ALPHA = 1e-6  # what is added to a colour so that its alpha is in use
 
 
 def new_image(*, is_float=True, alpha=False, name="noise"):
@@ -154,7 +155,7 @@ def take_alpha(texture):
     output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
     added, faint, little = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("AddShader", "BsdfDiffuse", "Math"))
     little.operation = "MULTIPLY"
-    little.inputs[1].default_value = 1e-6
+    little.inputs[1].default_value = TAKEN_ALPHA
     tree.links.new(texture.outputs["Alpha"], little.inputs[0])
     tree.links.new(little.outputs[0], faint.inputs["Color"])
     tree.links.new(output.inputs["Surface"].links[0].from_socket, added.inputs[0])
@@ -188,7 +189,7 @@ def test_alpha_of_8_bit_images_multiplies_linear_colours(card, mode, is_linked):
     read = read_material(card[0].active_material).material.body_reflectance
     amounts = dict(zip(read.part_names, read.weights([(0.5, 0.5)])[0].tolist(), strict=True))
     got = [amounts[name] for name in ("red", "green", "blue")]
-    np.testing.assert_allclose(got, expected, rtol=FLOAT32_ROUNDING)
+    np.testing.assert_allclose(got, expected, rtol=FLOAT32_ROUNDING, atol=TAKEN_ALPHA if is_linked else 0.0)
 
 
 @pytest.mark.parametrize("space", ["sRGB", "Linear Rec.709", "Non-Color", "Display P3", "Linear Rec.2020"])
@@ -316,6 +317,97 @@ def test_images_of_foreign_shaders(scene):
         tree.links.new(shader.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
         link_image(shader, name, image)
         np.testing.assert_allclose(body_at(material, UV), uplifted_at(image, UV), rtol=FLOAT32_ROUNDING)
+
+
+@pytest.fixture
+def diffuse(card):
+    """The card with a Diffuse shader of Blender's own."""
+    material = card[0].active_material
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    tree.links.new(shader.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material, shader
+
+
+def behind(shader, kind, **settings):
+    """Put a node between a shader's colour and what was linked to it, and return it."""
+    tree = shader.id_data
+    node = tree.nodes.new(kind)
+    for key, value in settings.items():
+        setattr(node, key, value)
+    source = shader.inputs["Color"].links[0].from_socket
+    entry = next(socket for socket in node.inputs if socket.type == "RGBA" and socket.enabled)
+    tree.links.new(source, entry)
+    tree.links.new(next(socket for socket in node.outputs if socket.type == "RGBA"), shader.inputs["Color"])
+    return node
+
+
+@pytest.mark.parametrize(
+    "kind", ["ShaderNodeHueSaturation", "ShaderNodeInvert", "ShaderNodeGamma", "ShaderNodeRGBCurve"]
+)
+def test_colour_nodes_behind_an_image_are_worked_out_for_every_pixel(scene, diffuse, tmp_path, kind):
+    material, shader = diffuse
+    link_image(shader, "Color", new_image(), interpolation="Closest", extension="MIRROR")
+    node = behind(shader, kind)
+    if kind == "ShaderNodeHueSaturation":
+        node.inputs["Hue"].default_value, node.inputs["Saturation"].default_value = 0.7, 0.6
+    elif kind == "ShaderNodeGamma":
+        node.inputs["Gamma"].default_value = 2.0
+    elif kind == "ShaderNodeRGBCurve":
+        node.mapping.curves[3].points[1].location = (1.0, 0.5)
+    ours, theirs = against_cycles(scene, tmp_path)
+    inside = theirs.min(axis=2) > 0.001  # parts outside Rec.709 are cut off here
+    assert inside.mean() > 0.5
+    np.testing.assert_allclose(ours[inside], theirs[inside], rtol=0, atol=IMAGE_AGAINST_CYCLES)
+    assert not any("mean" in note for note in read_material(material).notes)
+
+
+def test_two_images_of_one_layout_are_multiplied_pixel_by_pixel(scene, diffuse, tmp_path):
+    material, shader = diffuse
+    link_image(shader, "Color", new_image(), interpolation="Closest")
+    mix = behind(shader, "ShaderNodeMixRGB", blend_type="MULTIPLY")
+    mix.inputs[0].default_value = 0.8
+    link_image(mix, "Color2", new_image(name="shade"), interpolation="Closest")
+    assert_like_cycles(scene, tmp_path)
+    assert not any("mean" in note for note in read_material(material).notes)
+
+
+def test_of_an_image_with_another_layout_the_mean_is_taken_and_noted(diffuse):
+    material, shader = diffuse
+    first, second = new_image(), new_image(name="shade")
+    link_image(shader, "Color", first, interpolation="Closest")
+    mix = behind(shader, "ShaderNodeMixRGB", blend_type="MULTIPLY")
+    mix.inputs[0].default_value = 1.0
+    other = link_image(mix, "Color2", second, extension="MIRROR")
+    raw = np.empty(WIDTH * HEIGHT * 4, np.float32)
+    second.pixels.foreach_get(raw)
+    mean = raw.reshape(-1, 4).mean(axis=0)[:3]
+    first.pixels.foreach_get(raw)
+    read = read_material(material)
+    product = core.ImageTexture(raw.reshape(HEIGHT, WIDTH, 4)[..., :3] * mean, interpolation="closest")
+    np.testing.assert_allclose(
+        read.material.body_reflectance.weights(UV), core.uplift_texture(product).weights(UV), rtol=REC709_ROUND_TRIP
+    )
+    assert f"material 'Card': the image of '{other.name}' is not rendered here: its mean is used" in read.notes
+
+
+def test_a_number_that_an_image_drives_is_its_mean(scene):
+    material = bpy.data.materials.new("Worn")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    tree.links.new(shader.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    image = bpy.data.images.new("rough", 2, 1, float_buffer=True)
+    image.pixels.foreach_set(np.array([0.2, 0.2, 0.2, 1.0, 0.6, 0.6, 0.6, 1.0], np.float32))
+    link_image(shader, "Roughness", image)
+    linked = read_material(material)
+    tree.links.remove(shader.inputs["Roughness"].links[0])
+    shader.inputs["Roughness"].default_value = 0.4
+    assert linked.material.n == pytest.approx(read_material(material).material.n, rel=4 * REC709_ROUND_TRIP)
+    assert any("'Image Texture' is not rendered here: its mean is used" in note for note in linked.notes)
 
 
 def test_cubic_interpolation_is_noted(card):
