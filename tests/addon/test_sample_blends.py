@@ -23,7 +23,7 @@ pytestmark = [
 ]
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-NAMES = ["cups", "metal_balls", "colour_booth", "cloth"]
+NAMES = ["cups", "metal_balls", "colour_booth", "cloth", "texture"]
 LARGEST = 2_000_000  # bytes
 SIZE = (192, 108)
 LOBE = ("attenuation", "n", "beta", "beta_across", "mirror", "energy_conserving")  # of a material, besides its spectra
@@ -93,6 +93,7 @@ def described(scene: Any) -> dict[str, Any]:
                     (
                         type(m).__name__,
                         [s.key for s in m.reflectances],
+                        [texture and texture.key for texture in m.textures],
                         getattr(m, "attenuation", ""),
                         getattr(m, "n", 0.0),
                     )
@@ -134,9 +135,10 @@ def test_file_is_small_and_ready_to_render(name: str) -> None:
     assert scene.camera is not None
     assert scene.view_settings.view_transform == "Standard"
     assert scene.render.dither_intensity == 0.0
-    assert not [*bpy.data.images, *bpy.data.libraries], "a sample carries everything itself"
+    assert not bpy.data.libraries, "a sample carries everything itself"
+    assert all(image.packed_file is not None for image in bpy.data.images), "and so its images"
     note = "".join(text.as_string() for text in bpy.data.texts)
-    assert "Tominaga 1996" in note
+    assert ("Mallett and Yuksel, 2019" if name == "texture" else "Tominaga 1996") in note
     assert "try" in note
     assert max(len(line) for line in note.splitlines()) <= 92, "the note fits a text editor"
 
@@ -337,3 +339,34 @@ def test_cloth_is_the_paper_s_type_two_seen_from_two_sides() -> None:
         pictures.append(picture[..., 1])
     assert np.max(pictures[0]) < 1.1
     assert np.max(pictures[0]) > 2.0 * np.median(pictures[0]), "satin has highlights"
+
+
+def test_texture_shows_its_picture_in_its_own_colours_and_the_lamp_changes_them() -> None:
+    from dataclasses import replace
+
+    import spectral_core as core
+    from dichromatic_addon.nodes.reading import read_material
+    from dichromatic_addon.operators import render_layers
+
+    scene = opened("texture")
+    for name, source in (("Mug", "UV"), ("Tile", "GENERATED")):
+        reading = read_material(scene.objects[name].material_slots[0].material)
+        assert reading.notes == ()
+        assert reading.coordinates.kind == source
+        assert reading.material.component_names == ("interface", "body red", "body green", "body blue")
+    (layer,) = render_layers(scene, adjust=lambda settings: replace(settings, width=SIZE[0], height=SIZE[1], samples=1))
+
+    def chromaticities(lamp: str) -> NDArray[np.float64]:
+        """The left part of the picture, where the tile stands, as shares of red, green and blue."""
+        xyz = core.relit_by(layer.render, core.illuminant(lamp)).tristimulus().astype(np.float64)
+        rgb = np.maximum(core.display("srgb").linear(xyz)[16:78, 24:78].reshape(-1, 3), 0.0)
+        return rgb[rgb.sum(axis=1) > 0.05] / rgb[rgb.sum(axis=1) > 0.05].sum(axis=1, keepdims=True)
+
+    made = script("texture")
+    in_daylight = chromaticities("D65")
+    for code in made.PALETTE:
+        colour = made.linear(code)
+        nearest = np.abs(in_daylight - colour / colour.sum()).max(axis=1).min()
+        assert nearest < 0.01, f"no pixel of the tile shows #{code}"  # a little of the interface whitens all
+    sodium = chromaticities("HP1")
+    assert sodium.std(axis=0)[2] < 0.5 * in_daylight.std(axis=0)[2], "blue falls out of sodium light"
