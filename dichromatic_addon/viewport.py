@@ -36,21 +36,23 @@ class Pass:
         Pixels of the view on a side of one pixel of the pass.
     samples : int
         Rays for each of its pixels.
+    is_draft : bool
+        Whether all of it is lit from one point of each lamp.
     """
 
     step: int
     samples: int
+    is_draft: bool = False
 
 
 def passes_of(finest: int, samples: int) -> tuple[Pass, ...]:
-    """Return the passes down to pixels of `finest`: one ray a pixel each, and a last one with all `samples`."""
+    """Return the passes: drafts of one ray a pixel, each twice as fine as the last, and one with all `samples`."""
     steps = []
     step = max(_COARSEST, finest)
     while step > finest:
         steps.append(step)
         step //= 2
-    coarse = tuple(Pass(step, 1) for step in [*steps, finest])
-    return coarse if samples == 1 else (*coarse, Pass(finest, samples))
+    return (*(Pass(step, 1, is_draft=True) for step in steps), Pass(finest, samples))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +104,15 @@ class ProgressivePicture:
         What is known of its triangles.
     view : View
         From where.
+
+    Attributes
+    ----------
+    pixels : ndarray of float32, shape (height, width, 4)
+        Scene linear, row 0 at the top.
+    done : float
+        Part of all passes that is rendered, 0 to 1.
+    is_finished : bool
+        Whether nothing is left to do.
     """
 
     def __init__(self, exported: ExportedScene, acceleration: Any, view: View) -> None:
@@ -109,64 +120,98 @@ class ProgressivePicture:
         self._acceleration = acceleration
         self._view = view
         self._passes = passes_of(view.finest, exported.settings.samples)
-        self._bands = self._render()
-        self._done = 0.0
+        self._renders: list[tuple[Pass, Any]] = []  # the pass under way, behind the last one that covers the view
+        self._changed = [0, 0]  # rows of the pass under way that are not in the pixels yet
+        self._steps = self._render()
+        self.done = 0.0
         self.is_finished = False
         self.pixels: NDArray[np.float32] = np.zeros((view.height, view.width, 4), np.float32)
 
-    @property
-    def done(self) -> float:
-        """Part of all passes' rows that is rendered, 0 to 1."""
-        return self._done
-
     def advance(self, seconds: float) -> bool:
-        """Render until the time is over, at least one band; return whether the picture changed."""
+        """Render until the time is over, at least one step; return whether the picture changed."""
         end = time.perf_counter() + seconds
         changed = False
         while not self.is_finished:
             try:
-                next(self._bands)
+                next(self._steps)
             except StopIteration:
                 self.is_finished = True
             else:
                 changed = True
             if time.perf_counter() >= end:
                 break
+        self._paint_changed()
         return changed
 
+    def recolour(self, exported: ExportedScene) -> bool:
+        """Show another scene with the same triangles, if it differs in spectra only; return whether it does.
+
+        Nothing is traced for it, and what is under way goes on in the new colours.
+        """
+        if exported.is_transparent != self._exported.is_transparent:
+            return False
+        for step, render in self._renders:
+            if not render.recolour(exported.scene, self._settings(exported, step)):
+                return False
+        self._exported = exported
+        for step, render in self._renders:
+            self._paint(step, render, 0, render.covered_rows)
+        return True
+
     def _render(self) -> Iterator[None]:
-        view, exported = self._view, self._exported
         for number, step in enumerate(self._passes):
-            width, height = -(-view.width // step.step), -(-view.height // step.step)
-            settings = replace(
-                exported.settings,
-                width=width,
-                height=height,
-                samples=step.samples,
-                # The first picture comes in one piece, and the passes that are refined have no soft edges to refine.
-                band_samples=width * height if number == 0 else _BAND_PIXELS,
-                pixel_filter=exported.settings.pixel_filter if step.samples > 1 else "box",
-                filter_width=exported.settings.filter_width if step.samples > 1 else 1.0,
-            )
-            scene = replace(exported.scene, camera=self._camera(step.step, width, height))
-            for band in core.render_bands(scene, settings, acceleration=self._acceleration):
-                self._paint(band, step.step)
-                self._done = (number + (band.first_row + len(band.tristimulus)) / height) / len(self._passes)
+            self._paint_changed()
+            scene = replace(self._exported.scene, camera=self._camera(step))
+            settings = self._settings(self._exported, step)
+            render = core.ProgressiveRender(scene, settings, self._acceleration, is_draft=step.is_draft)
+            self._renders = [*self._renders[-1:], (step, render)]
+            for first, end, done in render.steps():
+                low, high = self._changed
+                self._changed = [min(low, first), max(high, end)] if high > low else [first, end]
+                self.done = (number + done) / len(self._passes)
                 yield
 
-    def _camera(self, step: int, width: int, height: int) -> Any:
+    def _size(self, step: Pass) -> tuple[int, int]:
+        return -(-self._view.width // step.step), -(-self._view.height // step.step)
+
+    def _settings(self, exported: ExportedScene, step: Pass) -> Any:
+        width, height = self._size(step)
+        return replace(
+            exported.settings,
+            width=width,
+            height=height,
+            samples=step.samples,
+            # The first picture comes in one piece.
+            band_samples=width * height if step == self._passes[0] else _BAND_PIXELS,
+            pixel_filter=exported.settings.pixel_filter if step.samples > 1 else "box",
+            filter_width=exported.settings.filter_width if step.samples > 1 else 1.0,
+            buffers=(),
+            shadow_share=False,
+            threads=1,
+        )
+
+    def _camera(self, step: Pass) -> Any:
         """Return the camera for a pass, whose last column and row may reach beyond the view."""
-        camera, view = self._view.camera, self._view
-        region = Region(view.width, view.height, 0, view.height - height * step, width * step, height * step)
+        camera, view, side = self._view.camera, self._view, step.step
+        width, height = self._size(step)
+        region = Region(view.width, view.height, 0, view.height - height * side, width * side, height * side)
         return replace(camera, window=region.crop(camera.window))
 
-    def _paint(self, band: Any, step: int) -> None:
-        exported = self._exported
-        rows = exported.colour.rgba(band.tristimulus, band.coverage if exported.is_transparent else None)
-        large = np.repeat(np.repeat(rows, step, axis=0), step, axis=1)
-        top = band.first_row * step
-        part = self.pixels[top : top + len(large)]
-        part[...] = large[: len(part), : part.shape[1]]
+    def _paint_changed(self) -> None:
+        first, end = self._changed
+        if end > first:
+            step, render = self._renders[-1]
+            self._paint(step, render, first, end)
+            self._changed = [0, 0]
+
+    def _paint(self, step: Pass, render: Any, first: int, end: int) -> None:
+        exported, side = self._exported, step.step
+        coverage = render.coverage[first:end] if exported.is_transparent else None
+        rows = exported.colour.rgba(render.tristimulus[first:end], coverage)
+        if side > 1:
+            rows = np.repeat(np.repeat(rows, side, axis=0), side, axis=1)
+        part = self.pixels[first * side : first * side + len(rows)]
+        part[...] = rows[: len(part), : part.shape[1]]
 
 
 class ViewSession:
@@ -174,6 +219,7 @@ class ViewSession:
 
     def __init__(self) -> None:
         self._exported: ExportedScene | None = None
+        self._cache = core.AccelerationCache()
         self._acceleration: Any = None
         self._view_key = b""
         self._picture: ProgressivePicture | None = None
@@ -181,18 +227,26 @@ class ViewSession:
         self.problem = ""
 
     def update(self, depsgraph: Any) -> None:
-        """Read the scene anew: something in it has changed."""
-        self._picture = None
-        self._exported = None
+        """Read the scene anew: something in it has changed.
+
+        What is known of the triangles is kept while they are the same, and the picture while nothing but spectra,
+        strengths, the observer or the white differs.
+        """
         try:
             view = core.Camera(np.eye(4), (-1.0, 1.0, -1.0, 1.0)), Region(1, 1, 0, 0, 1, 1)  # replaced at each redraw
             exported = export_scene(depsgraph, view=view)
             dtype = np.float64 if exported.settings.precision == "float64" else np.float32
-            self._acceleration = core.Acceleration(core.Geometry.from_instances(exported.scene.instances, dtype))
+            acceleration = self._cache.get(exported.scene.instances, dtype)
+            is_kept = self._picture is not None and not self.problem and acceleration is self._acceleration
+            if is_kept and self._picture is not None and self._picture.recolour(exported):
+                self._texture = None
+            else:
+                self._picture = None
         except core.DichromaticError as error:
+            self._picture = self._exported = None
             self.problem = str(error)
         else:
-            self._exported = exported
+            self._exported, self._acceleration = exported, acceleration
             self.problem = ""
 
     def advance(self, view: View, seconds: float = _SLICE_S) -> bool:
@@ -201,6 +255,7 @@ class ViewSession:
             return False
         if self._picture is None or view.key != self._view_key:
             self._view_key = view.key
+            self._acceleration.forget_lights()  # what they see depends on where one looks from
             self._picture = ProgressivePicture(self._exported, self._acceleration, view)
         try:
             if self._picture.advance(seconds):

@@ -49,6 +49,8 @@ from .light_groups import LIGHT_COMPONENTS, LightPart, split_light
 from .lights import AREA_SHAPES, AreaLight, EnvironmentImage, PointLight, SpotLight, SunLight
 from .plan import make_plan
 from .probe import PixelProbe, probe_pixel
+from .progressive import ProgressiveRender
+from .recolouring import differ_in_spectra_only
 from .reflection.attenuation import ATTENUATIONS
 from .reflection.energy import energy_warnings
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
@@ -111,6 +113,7 @@ __all__ = [
     "MissingDependencyError",
     "PixelProbe",
     "PointLight",
+    "ProgressiveRender",
     "Render",
     "RenderCancelledError",
     "RenderSettings",
@@ -135,6 +138,7 @@ __all__ = [
     "contact_sheet",
     "daylight",
     "delta_e_2000",
+    "differ_in_spectra_only",
     "display",
     "energy_warnings",
     "estimate",

@@ -132,6 +132,7 @@ class Job:
         acceleration: Acceleration | None = None,
         progress: Callable[[float, str], None] = lambda fraction, message: None,
         stop_if_cancelled: Callable[[], None] = lambda: None,
+        step: int | None = None,
     ) -> Job:
         """Make what all tasks share.
 
@@ -149,6 +150,8 @@ class Job:
             Told what is being done.
         stop_if_cancelled : callable
             Asked often; raises when the caller wants an end.
+        step : int, optional
+            How many sub-pictures a side to cut the picture into, instead of as many as its light needs.
 
         Returns
         -------
@@ -189,7 +192,8 @@ class Job:
         sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
         # A lamp without luminance should fail before the first ray, not after minutes; every lamp has a direct term.
         spectra.tristimulus_table(plan.direct_terms, sees, grid)
-        step = interleaving(settings, plan.is_sampled or camera.has_lens)
+        if step is None:
+            step = interleaving(settings, plan.is_sampled or camera.has_lens)
         return cls(
             scene=scene,
             settings=settings,

@@ -21,7 +21,7 @@ from .job import Job, Task, TaskResult
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra
 from .statistics import RenderStatistics
-from .sub_pictures import SubPicture, refinement
+from .sub_pictures import SubPicture, refinement, spread
 from .tracing.acceleration import Acceleration
 from .workers import remote_results, results, stopper, thread_count
 
@@ -357,14 +357,9 @@ class _Assembly:
 
     def _band(self, job: Job, part: SubPicture, film: FilmPart, *, is_last: bool) -> Band:
         """Show a part; its pixels stand for the square to the right of and below them until others are there."""
-        colour = film.tristimulus(job.spectra, job.observer, job.grid).reshape(-1, part.width, 3)
-        covered = film.coverage.reshape(-1, part.width)
         side = refinement(part.step, part.number)
-        for dy in range(side):
-            for dx in range(side):
-                for target, values in ((self.shown, colour), (self.coverage, covered)):
-                    place = target[part.y[0] + dy : part.y[-1] + dy + 1 : part.step, part.column + dx :: part.step]
-                    place[...] = values[: len(place), : place.shape[1]]
+        spread(part, side, self.shown, film.tristimulus(job.spectra, job.observer, job.grid))
+        spread(part, side, self.coverage, film.coverage)
         is_finished = is_last and part.number == part.step * part.step - 1
         return self._rows(int(part.y[0]), int(part.y[-1]) + side, is_finished)
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SubPicture", "refinement", "sub_pictures"]
+__all__ = ["SubPicture", "refinement", "spread", "sub_pictures"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +107,37 @@ def refinement(step: int, number: int) -> int:
     Own design, after the order of interlaced PNG.
     """
     return _tile_order(step)[number][2]
+
+
+def spread(part: SubPicture, side: int, image: NDArray[Any], values: NDArray[Any]) -> None:
+    """Put values of a part's pixels into the picture, each in the square that it stands for.
+
+    Parameters
+    ----------
+    part : SubPicture
+        The pixels.
+    side : int
+        Side of the square, to the right of and below each pixel.
+    image : ndarray, shape (height, width, ...)
+        The picture; changed.
+    values : ndarray, shape (N, ...)
+        One for each pixel of the part.
+
+    Raises
+    ------
+    ValueError
+        By numpy, if there are not as many values as pixels.
+
+    References
+    ----------
+    Own design.
+    """
+    rows = values.reshape(part.end - part.first, part.width, *values.shape[1:])
+    top, bottom = part.row + part.step * part.first, part.row + part.step * (part.end - 1)
+    for dy in range(side):
+        for dx in range(side):
+            place = image[top + dy : bottom + dy + 1 : part.step, part.column + dx :: part.step]
+            place[...] = rows[: len(place), : place.shape[1]]
 
 
 def sub_pictures(width: int, height: int, step: int, most_pixels: int) -> Iterator[SubPicture]:

@@ -45,7 +45,7 @@ STOREYS: tuple[frozenset[str], ...] = (
             "visibility",
         }
     ),
-    frozenset({"adaptive", "job", "workers", "renderer"}),
+    frozenset({"adaptive", "job", "workers", "recolouring", "progressive", "renderer"}),
     frozenset({"light_groups", "probe", "render_file", "spectral_exr", "studies", "estimate", "tradeoff"}),
 )
 

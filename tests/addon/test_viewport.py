@@ -61,10 +61,11 @@ def test_view_is_that_of_its_matrices(stage: Any, kind: str) -> None:
 
 
 def test_passes_go_from_coarse_to_fine() -> None:
-    assert passes_of(1, 1) == (Pass(16, 1), Pass(8, 1), Pass(4, 1), Pass(2, 1), Pass(1, 1))
-    assert passes_of(1, 4)[-2:] == (Pass(1, 1), Pass(1, 4))
-    assert passes_of(4, 1) == (Pass(16, 1), Pass(8, 1), Pass(4, 1))
-    assert passes_of(8, 2) == (Pass(16, 1), Pass(8, 1), Pass(8, 2))
+    drafts = tuple(Pass(step, 1, is_draft=True) for step in (16, 8, 4, 2))
+    assert passes_of(1, 1) == (*drafts, Pass(1, 1))
+    assert passes_of(1, 4) == (*drafts, Pass(1, 4))
+    assert passes_of(4, 1) == (*drafts[:2], Pass(4, 1))
+    assert passes_of(8, 2) == (drafts[0], Pass(8, 2))
 
 
 def session_of(scene: Any) -> ViewSession:
@@ -136,14 +137,57 @@ def test_moving_the_view_starts_anew_and_standing_still_does_not(stage: Any) -> 
     assert picture_of(session) is not first
 
 
-def test_change_of_the_scene_is_shown(stage: Any) -> None:
+@pytest.mark.parametrize("slices", [1, 3, 1000])
+def test_change_of_colours_is_shown_at_once_and_without_a_ray(stage: Any, slices: int) -> None:
     session, view = session_of(stage), view_through_camera(stage)
-    session.advance(view, seconds=1e-9)
-    before = picture_of(session).pixels[..., :3].max()
+    for _ in range(slices):
+        session.advance(view, seconds=1e-9)
+    picture, before = picture_of(session), picture_of(session).pixels.copy()
+    done = picture.done
     bpy.data.lights["Point"].energy *= 2.0
     session.update(bpy.context.evaluated_depsgraph_get())
+    assert picture_of(session) is picture
+    assert picture.done == done
+    np.testing.assert_allclose(picture.pixels[..., :3], 2.0 * before[..., :3], rtol=20 * FLOAT32_ROUNDING)
+    stage.dichromatic.white_illuminant = "A"
+    session.update(bpy.context.evaluated_depsgraph_get())
+    assert picture_of(session) is picture
+    lit = before[..., 1] > 0.1
+    assert (picture.pixels[lit][:, 2] > 2.5 * before[lit][:, 2]).all()  # adapted to A, daylight is bluish
+
+
+@pytest.mark.parametrize("what", ["location", "radius", "kind", "object"])
+def test_change_of_shapes_is_rendered(stage: Any, what: str) -> None:
+    session, view = session_of(stage), view_through_camera(stage)
+    while session.advance(view, seconds=1.0):
+        continue
+    before = picture_of(session)
+    light = bpy.data.objects["Point"]
+    if what == "location":
+        light.location.x += 0.5
+    elif what == "radius":
+        light.data.shadow_soft_size = 0.5
+    elif what == "kind":
+        light.data.type = "SUN"
+    else:
+        bpy.data.objects["Plane"].location.z -= 0.5
+    bpy.context.view_layer.update()
+    session.update(bpy.context.evaluated_depsgraph_get())
     session.advance(view, seconds=1e-9)
-    assert picture_of(session).pixels[..., :3].max() == pytest.approx(2.0 * before, rel=1e-4)
+    assert picture_of(session) is not before
+
+
+def test_triangles_are_kept_while_they_are_the_same(stage: Any) -> None:
+    session = session_of(stage)
+    known = session._acceleration
+    bpy.data.objects["Point"].location.x += 0.5
+    bpy.context.view_layer.update()
+    session.update(bpy.context.evaluated_depsgraph_get())
+    assert session._acceleration is known
+    bpy.data.objects["Plane"].location.x += 0.5
+    bpy.context.view_layer.update()
+    session.update(bpy.context.evaluated_depsgraph_get())
+    assert session._acceleration is not known
 
 
 def test_problem_is_shown_and_forgotten_when_mended(stage: Any) -> None:
