@@ -27,8 +27,6 @@ def relit(scene: Any) -> Any:
     """Other lamps, strengths, sky and paint; the same geometry."""
     lights = [replace(scene.lights[0], illuminant=core.illuminant("HP1"), strength=300.0), *scene.lights[1:]]
     lights[1] = core.SunLight((-0.5, -0.4, 1.0), 0.3, core.illuminant("A"), "sun")
-        (-0.5, -0.4, 1.0), 0.0, illuminant=core.illuminant("A"), name="sun"
-    )  # as it was, but dark
     materials = (replace(scene.materials[0], body_reflectance=RED, interface_reflectance=0.3), *scene.materials[1:])
     world = replace(scene.world, illuminant=core.illuminant("A"), strength=0.4)
     return replace(scene, lights=lights, materials=materials, world=world)
