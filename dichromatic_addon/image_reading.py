@@ -25,6 +25,7 @@ __all__ = [
     "image_problem",
     "mean_color",
     "texture_of",
+    "uplifted_texture",
     "working_pixels",
 ]
 
@@ -48,12 +49,14 @@ _DIGITS_OF_MATRICES = 1e-4  # Blender's conversion from Rec.709 to Rec.709 is no
 _LARGEST_CACHE = 16  # textures
 
 _textures: dict[tuple[Any, ...], core.ImageTexture] = {}
+_reflectances: dict[core.ImageTexture, core.TexturedReflectance] = {}
 _digests: dict[tuple[Any, ...], bytes] = {}  # of the pixels that were read last, by image and settings
 
 
 def forget() -> None:
     """Drop what was read, with the file it came from."""
     _textures.clear()
+    _reflectances.clear()
     _digests.clear()
 
 
@@ -143,6 +146,15 @@ def texture_of(
             _textures.pop(next(iter(_textures)))
         _textures[key] = core.ImageTexture(pixels, extension, interpolation, transform, image.name)
     return _textures[key]
+
+
+def uplifted_texture(texture: core.ImageTexture) -> core.TexturedReflectance:
+    """Uplift a texture, which looks at every pixel for the brightest, once."""
+    if texture not in _reflectances:
+        while len(_reflectances) >= _LARGEST_CACHE:
+            _reflectances.pop(next(iter(_reflectances)))
+        _reflectances[texture] = core.uplift_texture(texture)
+    return _reflectances[texture]
 
 
 def working_pixels(image: Any, *, straight: bool, pictures: str) -> NDArray[np.float32]:

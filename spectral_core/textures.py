@@ -134,20 +134,21 @@ class ImageTexture:
         for start in range(0, len(coordinates), _ROWS_AT_ONCE):
             part = slice(start, start + _ROWS_AT_ONCE)
             placed = coordinates[part] @ self.transform[:, :2].T + self.transform[:, 2]
-            out[part] = self._read(placed)
+            self._read(placed, out[part])
         return out
 
-    def _read(self, placed: NDArray[np.float64]) -> NDArray[np.floating[Any]]:
+    def _read(self, placed: NDArray[np.float64], out: NDArray[np.floating[Any]]) -> None:
+        """Read placed coordinates into `out` (n, C): places in float64, values in the type of `out`."""
         height, width, channels = self.pixels.shape
         taps = _nearest if self.interpolation == "closest" else _neighbours
         columns = taps(_folded(placed[:, 0], self.extension), width, self.extension)
         rows = taps(_folded(placed[:, 1], self.extension), height, self.extension)
         flat = self.pixels.reshape(-1, channels)
-        total = np.zeros((len(placed), channels))
+        out[:] = 0.0
         for row, share_of_row in rows:
             for column, share in columns:
-                total += (share_of_row * share)[:, None] * flat.take(row * width + column, axis=0)
-        return total
+                weight = (share_of_row * share).astype(out.dtype)
+                out += weight[:, None] * flat.take(row * width + column, axis=0)
 
 
 Taps = tuple[tuple[NDArray[np.int64], NDArray[np.float64]], ...]

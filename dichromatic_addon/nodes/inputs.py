@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._core import core
+from ..image_reading import uplifted_texture
 from ..names import SPECTRUM_NODE, SPECTRUM_NODES
 from ..spectrum_sources import uplifted
 from .evaluation import spectrum_of_node
@@ -134,7 +135,7 @@ class InputReader:
         if origin is None or problem:
             raise core.SceneError(f"{name} of {self.place(node)}: {problem}")
         if origin.socket.is_output and origin.node.bl_idname == IMAGE_NODE:
-            return core.uplift_texture(self._texture(node, name, origin, "colour"))
+            return uplifted_texture(self._texture(node, name, origin, "colour"))
         if origin.socket.is_output and origin.node.bl_idname in SPECTRUM_NODES:
             if self.depth >= DEEPEST_MIX:
                 raise core.SceneError(f"{name} of {self.place(node)}: spectra are mixed in a cycle, or too deeply")
