@@ -122,9 +122,9 @@ def export_scene(
     DichromaticError
         With the name of the object, material or light and the reason, when something cannot be rendered.
     """
-    scene = depsgraph.scene
+    scene = depsgraph.scene_eval  # animation reaches the evaluated copy alone
     view_layer = depsgraph.view_layer
-    walk = _Walk(depsgraph.view_layer_eval, view_layer.material_override)
+    walk = _Walk(depsgraph.view_layer_eval, depsgraph.view_layer_eval.material_override)
     core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
     for instance in depsgraph.object_instances:
         stop_if_cancelled()
@@ -136,8 +136,10 @@ def export_scene(
         np.array(walk.object_indices, np.int64),
         np.array(walk.material_indices, np.int64),
     )
+    settings = read_settings(scene)
     settings = replace(
-        read_settings(scene),
+        settings,
+        samples=view_layer.samples or settings.samples,
         width=region.width,
         height=region.height,
         buffers=passes.buffers,

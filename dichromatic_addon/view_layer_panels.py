@@ -30,6 +30,19 @@ def _columns(layout: Any) -> Any:
     return layout
 
 
+class DICHROMATIC_PT_override(_Panel, bpy.types.Panel):
+    bl_label = "Override"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = _columns(self.layout)
+        view_layer = context.view_layer
+        layout.prop(view_layer, "material_override")
+        layout.prop(view_layer, "world_override")
+        layout.prop(view_layer, "samples")
+
+
 class DICHROMATIC_PT_passes(_Panel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -175,6 +188,7 @@ class DICHROMATIC_OT_light_group_each(bpy.types.Operator):
 
 
 CLASSES = (
+    DICHROMATIC_PT_override,
     DICHROMATIC_PT_passes,
     DICHROMATIC_PT_passes_data,
     DICHROMATIC_PT_passes_light,

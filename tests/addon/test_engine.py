@@ -92,6 +92,16 @@ def test_every_view_layer_has_its_own_picture(studio: Any) -> None:
     assert [layer.use for layer in studio.view_layers] == [True, True]
 
 
+def test_a_view_layer_overrides_samples_and_materials(studio: Any) -> None:
+    second = studio.view_layers.new("Second")
+    studio.dichromatic.samples = 3
+    second.samples = 7
+    second.material_override = white_material("Clay")
+    first, other = (finished.exported for finished in render_layers(studio))
+    assert (first.settings.samples, other.settings.samples) == (3, 7)
+    assert (first.scene.material_names, other.scene.material_names) == (("White", "Red"), ("Clay",))
+
+
 def test_frames_of_an_animation_differ(studio: Any, tmp_path: Path) -> None:
     sheet = bpy.data.objects["Sheet"]
     for frame, x in ((1, -1.0), (2, 1.0)):

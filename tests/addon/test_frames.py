@@ -156,7 +156,31 @@ def bend_mesh(studio: Any, value: float) -> Any:
     return sheet.data.shape_keys.key_blocks["Tall"], "value"
 
 
-CHANGES = [move_object, dim_light, move_camera, zoom_camera, colour_material, bend_mesh]
+def dim_world(studio: Any, value: float) -> Any:
+    if studio.world is None:
+        studio.world = bpy.data.worlds.new("Sky")
+        if studio.world.node_tree is None:
+            studio.world.use_nodes = True
+        tree = studio.world.node_tree
+        if "Background" not in tree.nodes:
+            background = tree.nodes.new("ShaderNodeBackground")
+            output = tree.nodes.new("ShaderNodeOutputWorld")
+            tree.links.new(background.outputs[0], output.inputs["Surface"])
+    tree = studio.world.node_tree
+    tree.nodes["Background"].inputs["Color"].default_value = (0.4, 0.4, 0.8, 1.0)
+    tree.nodes["Background"].inputs["Strength"].default_value = 0.6 + 0.4 * value
+    return tree, 'nodes["Background"].inputs[1].default_value'
+
+
+def change_white(studio: Any, value: float) -> Any:
+    """A setting of the scene itself: the colour temperature that is to look white."""
+    settings = studio.dichromatic
+    settings.adaptation, settings.white_source = "bradford", "TEMPERATURE"
+    settings.white_temperature = 6000.0 + 1500.0 * value
+    return studio, "dichromatic.white_temperature"
+
+
+CHANGES = [dim_world, change_white, move_object, dim_light, move_camera, zoom_camera, colour_material, bend_mesh]
 
 
 @pytest.mark.parametrize("persistent", [False, True], ids=["afresh", "persistent"])
