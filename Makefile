@@ -78,6 +78,7 @@ bench:  ## rays a second beside Embree, the cost of colour, relighting, growth, 
 	$(BIN)/python -m tests.benchmarks.colour_cost
 	$(BIN)/python -m tests.benchmarks.relight
 	$(BIN)/python -m tests.benchmarks.growth
+	$(BIN)/python -m tests.benchmarks.sampling
 	$(BIN)/python -m tests.benchmarks.estimate_accuracy
 
 docs:  ## build the documents as a site in site/, and check its links

@@ -98,7 +98,7 @@ def reference_settings(settings: RenderSettings) -> RenderSettings:
     -------
     RenderSettings
         The same picture with float64, the exact grid, 8 bounces kept exactly or at 81 nodes, and at least 16 samples
-        (four times as many as asked, if that is more).
+        (four times as many as asked, if that is more) in every pixel.
 
     Raises
     ------
@@ -117,6 +117,7 @@ def reference_settings(settings: RenderSettings) -> RenderSettings:
         bounce_grid="reference",
         max_bounces=max(8, settings.max_bounces),
         seed=settings.seed + 1,
+        adaptive_threshold=0.0,
     )
 
 

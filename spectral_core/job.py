@@ -18,8 +18,9 @@ from .adaptive import colour_distance
 from .colorimetry import Observer, WavelengthGrid, observer, wavelength_grid
 from .errors import InvalidParameterError, SceneError
 from .film_builder import Deposits, FilmPart, joined_parts
+from .light_plan import light_sources
 from .lights import LampPoint, LightSource
-from .plan import RenderPlan, light_sources, make_plan
+from .plan import RenderPlan, make_plan
 from .sample_pattern import SamplePattern, first_samples, interleaving
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra
@@ -203,7 +204,7 @@ class Job:
             grid=grid,
             geometry=geometry,
             visibility=Visibility(acceleration, camera, settings.width, settings.height),
-            sources=light_sources(plan, scene, geometry),
+            sources=light_sources(plan.sources, scene, geometry),
             pattern=SamplePattern.make(
                 settings, step, tuple(source.points for source in plan.sources), camera.lens_blades, thinness
             ),

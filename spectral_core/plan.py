@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -10,66 +9,18 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from .lights import AreaLight, EmittingMesh, EnvironmentLight, Light, LightSource, SpotLight
+from .light_plan import SourcePlan, emitting_materials, plan_sources
 from .reflection.materials import Material, TypeI, TypeIII
 from .reflection.mirror import mirror_reflectances
+from .render_pass import RenderPass
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term, slots_of_material
 from .tracing.geometry import Geometry, bounding_sphere
 
-__all__ = ["MaterialPlan", "RenderPass", "RenderPlan", "SourcePlan", "light_sources", "make_plan"]
-
-ENVIRONMENT_POINTS = 4  # directions of the surroundings that a sample takes; they are much larger than a lamp
+__all__ = ["MaterialPlan", "RenderPlan", "make_plan"]
 
 
 MAX_CHAINS = 1024  # lists of terms, each a block of the film, that one depth of mirroring may add
-
-
-@dataclass(frozen=True, slots=True)
-class RenderPass:
-    """One kind of work, done or left out.
-
-    Attributes
-    ----------
-    name : str
-        What would be done.
-    is_needed : bool
-        Whether it is.
-    reason : str
-        Why, or why not.
-    """
-
-    name: str
-    is_needed: bool
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class SourcePlan:
-    """A source of light that surfaces receive.
-
-    Attributes
-    ----------
-    kind : str
-        "light", "world" or "emission".
-    index : int
-        Of the light in the scene, or of the material that emits; 0 for the world.
-    emitter : int
-        Whose spectrum it sends.
-    filters : tuple of tuple of int
-        Slots that its spectrum is multiplied by, one list for each primary of an image; ((),) where there is none.
-    points : int
-        Points of it that a sample takes.
-    is_extended : bool
-        Whether it has a size.
-    """
-
-    kind: str
-    index: int
-    emitter: int
-    filters: tuple[tuple[int, ...], ...] = ((),)
-    points: int = 1
-    is_extended: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,25 +156,9 @@ def make_plan(scene: Scene, settings: RenderSettings, geometry: Geometry | None 
         return bounding_sphere(scene.instances) if geometry is None else (geometry.centre, geometry.radius)
 
     passes: list[RenderPass] = []
-    sources: list[SourcePlan] = []
-    for index, light in enumerate(scene.lights):
-        step = f"shadow rays and shading for light '{light.name}'"
-        if light.strength == 0.0:
-            passes.append(RenderPass(step, False, "its strength is 0"))
-        elif not scene.instances:
-            passes.append(RenderPass(step, False, "the scene has no surface"))
-        elif _misses(light, *sphere()):
-            passes.append(RenderPass(step, False, "it shines past the whole scene"))
-        else:
-            sources.append(SourcePlan("light", index, index, is_extended=light.is_extended))
-            shadow = ("soft shadows" if light.is_extended else "hard shadows") if light.casts_shadow else "no shadows"
-            passes.append(
-                RenderPass(step, True, f"lit by {light.illuminant.name or 'an unnamed illuminant'}, {shadow}")
-            )
     image_slots = tuple((len(spectra.slots) - 3 + k,) for k in range(3)) if scene.world.image is not None else ((),)
-    sources += _world_source(scene, image_slots, passes)
-    emissive = _emitting_materials(scene, used)
-    sources += _emission_sources(scene, emissive, passes)
+    emissive = emitting_materials(scene, used)
+    sources = plan_sources(scene, image_slots, emissive, sphere, passes)
     materials: list[MaterialPlan | None] = []
     slot = 0
     for index, (name, material) in enumerate(zip(scene.material_names, scene.materials, strict=True)):
@@ -267,105 +202,6 @@ def _multiplied(terms: Sequence[Term], monomials: Sequence[tuple[int, ...]]) -> 
     """Multiply all terms by all monomials."""
     products = {Term(t.emitter, tuple(sorted((*t.slots, *monomial)))) for t in terms for monomial in monomials}
     return tuple(sorted(products))
-
-
-def _misses(light: Light, centre: NDArray[np.float64], radius: float) -> bool:
-    """Whether what a light shines into does not touch the sphere around the scene."""
-    if isinstance(light, SpotLight):
-        half, extent = 0.5 * light.spot_size, light.radius
-    elif isinstance(light, AreaLight):
-        half, extent = 0.5 * light.spread, float(np.linalg.norm(light.axis_x) + np.linalg.norm(light.axis_y))
-    else:
-        return False
-    offset = centre - light.position
-    distance = float(np.linalg.norm(offset))
-    # From any point of the light the scene looks as from its centre, but for the light's own size.
-    if distance <= radius + extent:
-        return False
-    cosine = float(np.clip(offset @ light.direction / distance, -1.0, 1.0))
-    return math.acos(cosine) - math.asin((radius + extent) / distance) > half + 1e-6
-
-
-def _world_source(
-    scene: Scene, filters: tuple[tuple[int, ...], ...], passes: list[RenderPass]
-) -> tuple[SourcePlan, ...]:
-    """The world as a source of light, where it is one."""
-    world, step = scene.world, "light from the world"
-    if world.strength == 0.0:
-        return ()
-    if not world.lights_surfaces:
-        passes.append(RenderPass(step, False, f"world '{world.name}' is only looked at"))
-        return ()
-    if not scene.instances:
-        passes.append(RenderPass(step, False, "the scene has no surface"))
-        return ()
-    passes.append(RenderPass(step, True, f"world '{world.name}', {ENVIRONMENT_POINTS} directions a sample"))
-    return (SourcePlan("world", 0, len(scene.lights), filters, ENVIRONMENT_POINTS, True),)
-
-
-def _emitting_materials(scene: Scene, used: set[int]) -> dict[int, int]:
-    """Emitter of each used material that emits."""
-    emitter, found = len(scene.lights) + 1, {}
-    for index, emission in enumerate(scene.emissions):
-        if emission is None:
-            continue
-        if index in used and emission.strength > 0.0:
-            found[index] = emitter
-        emitter += 1
-    return found
-
-
-def _emission_sources(scene: Scene, emissive: dict[int, int], passes: list[RenderPass]) -> list[SourcePlan]:
-    sources = []
-    for index, emitter in emissive.items():
-        emission = scene.emissions[index]
-        assert emission is not None
-        step = f"light from the surfaces of material '{scene.material_names[index]}'"
-        if emission.lights_surfaces:
-            sources.append(SourcePlan("emission", index, emitter, is_extended=True))
-            passes.append(RenderPass(step, True, f"they emit {emission.illuminant.name or 'an unnamed illuminant'}"))
-        else:
-            passes.append(RenderPass(step, False, "it is only looked at"))
-    return sources
-
-
-def light_sources(plan: RenderPlan, scene: Scene, geometry: Geometry) -> tuple[LightSource, ...]:
-    """Make the sources of light that a plan lists.
-
-    Parameters
-    ----------
-    plan : RenderPlan
-        Of the scene.
-    scene : Scene
-        The scene.
-    geometry : Geometry
-        Its triangles.
-
-    Returns
-    -------
-    tuple of LightSource
-        One for each of ``plan.sources``.
-
-    Raises
-    ------
-    None.
-
-    References
-    ----------
-    Own design.
-    """
-    made: list[LightSource] = []
-    for source in plan.sources:
-        if source.kind == "light":
-            made.append(scene.lights[source.index])
-        elif source.kind == "world":
-            made.append(EnvironmentLight(scene.world.image, scene.world.name))
-        else:
-            emission = scene.emissions[source.index]
-            assert emission is not None
-            triangles = np.flatnonzero(geometry.material_index == source.index)
-            made.append(EmittingMesh(geometry, triangles, emission.name))
-    return tuple(made)
 
 
 def _lens_pass(scene: Scene) -> RenderPass:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from .colorimetry import Observer, tristimulus_weights, wavelength_grid
 from .film_builder import Deposits, Label
 from .light_components import component_of
+from .light_plan import SourcePlan
 from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
-from .plan import MaterialPlan, RenderPlan, SourcePlan
+from .plan import MaterialPlan, RenderPlan
 from .reflection.mirror import mirror_coefficients
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
