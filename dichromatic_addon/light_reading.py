@@ -1,4 +1,4 @@
-"""From Blender's lights and world to the core's, in Cycles' units."""
+"""From Blender's lights to the core's, in Cycles' units."""
 
 from __future__ import annotations
 
@@ -9,61 +9,106 @@ import numpy as np
 
 from . import compat
 from ._core import core
+from .light_colours import LightColour
 
-__all__ = ["read_light", "read_world_colour"]
+__all__ = ["read_light"]
+
+_WIDEST_SPREAD = math.pi
+_NARROWEST_SPREAD = math.radians(1.0)  # what Blender offers as the least
 
 
-def read_light(light: Any, matrix_world: Any, illuminant: Any, factor: float, notes: list[str]) -> Any | None:
-    """Convert an evaluated light to the core's, or return None (and a note) when it gives no light.
+def read_light(
+    light: Any, matrix_world: Any, colour: LightColour, notes: list[str], receivers: frozenset[int] | None = None
+) -> Any | None:
+    """Convert an evaluated light to the core's.
 
-    `factor` is the luminance of the light's own colour, with which Cycles multiplies the power.
+    Parameters
+    ----------
+    light : bpy.types.Light
+        Evaluated.
+    matrix_world : array_like, shape (4, 4)
+        Where it is.
+    colour : LightColour
+        Its spectrum.
+    notes : list of str
+        What is approximated is added.
+    receivers : frozenset of int, optional
+        The instances that it lights; None for all.
+
+    Returns
+    -------
+    Light or None
+        None (and a note) where it gives no light.
+
+    Raises
+    ------
+    InvalidParameterError
+        If a number of the light breaks a rule of the core.
     """
     name = light.name
+    if light.type == "AREA" and light.cycles.is_portal:
+        return None  # a window for Cycles' sampling, no lamp
     matrix = np.array(matrix_world, dtype=np.float64)
-    position = matrix[:3, 3]
-    axis = matrix[:3, 2]  # a lamp shines along its own -Z
-    strength = float(light.energy) * compat.light_exposure_factor(light) * factor
+    strength = float(light.energy) * compat.light_exposure_factor(light) * colour.factor
     if strength < 0.0:
         notes.append(f"light '{name}' has a negative strength ({strength:g}), which is no light: left out")
         return None
+    if not compat.light_is_normalized(light):
+        strength *= _emitting_area(light, matrix)
     if strength == 0.0:
         return None
-    if not compat.light_is_normalized(light):
-        strength *= _emitting_area(light)
-    _note_what_is_not_rendered(light, notes)
-    extent = _extent(light)
+    shared: dict[str, Any] = {"name": name, "casts_shadow": bool(light.use_shadow), "receivers": receivers}
+    position, axis = matrix[:3, 3], matrix[:3, 2]  # a lamp shines along its own -Z
+    if light.type == "SUN":
+        return core.SunLight(axis, strength, colour.illuminant, angle=min(float(light.angle), math.pi), **shared)
+    if light.type == "AREA":
+        return _area(light, matrix, strength, colour.illuminant, shared, notes)
+    radius = float(light.shadow_soft_size)
+    shared["soft_falloff"] = bool(light.use_soft_falloff)
     if light.type == "POINT":
-        return core.PointLight(position, strength, illuminant, name=name, radius=extent)
-    if light.type == "SUN":
-        return core.SunLight(axis, strength, illuminant, name=name, angle=min(extent, math.pi))
-    if light.type == "SPOT":
-        return core.SpotLight(
-            position,
-            -axis,
-            strength,
-            illuminant,
-            spot_size=float(light.spot_size),
-            blend=float(light.spot_blend),
-            name=name,
-            radius=extent,
-        )
-    notes.append(
-        f"area light '{name}' is approximated: its whole power comes from its centre, with a falloff near the "
-        "cosine of a flat emitter; its shape and its soft shadow are not rendered"
+        return core.PointLight(position, strength, colour.illuminant, radius=radius, **shared)
+    if getattr(light, "use_square", False):
+        notes.append(f"spot '{name}' has a square cone: a round one is rendered")
+    return core.SpotLight(
+        position,
+        -axis,
+        strength,
+        colour.illuminant,
+        spot_size=float(light.spot_size),
+        blend=float(light.spot_blend),
+        radius=radius,
+        **shared,
     )
-    # On its axis a flat emitter of power P has four times the intensity of a point of that power (P/pi, not P/4pi).
-    # A spot of 180 degrees with full blend falls off as c^2 (3 - 2 c), within 0.1 of the wanted cosine c.
-    return core.SpotLight(position, -axis, 4.0 * strength, illuminant, spot_size=math.pi, blend=1.0, name=name)
 
 
-def _extent(light: Any) -> float:
-    """Return the radius of a point or spot light (m), the angle of a sun (rad)."""
-    if light.type == "SUN":
-        return float(light.angle)
-    return float(light.shadow_soft_size) if light.type in {"POINT", "SPOT"} else 0.0
+def _area(
+    light: Any, matrix: np.ndarray, strength: float, illuminant: core.Spectrum, shared: dict[str, Any], notes: list[str]
+) -> Any | None:
+    """Make an area light; the scale of its object scales it, as in Cycles."""
+    size_x, size_y = _sides(light)
+    axis_x, axis_y = 0.5 * size_x * matrix[:3, 0], 0.5 * size_y * matrix[:3, 1]
+    if np.cross(axis_x, axis_y) @ matrix[:3, 2] < 0.0:  # a mirrored object: it still shines along its own -Z
+        axis_y = -axis_y
+    if not np.linalg.norm(np.cross(axis_x, axis_y)) > 0.0:
+        notes.append(f"area light '{light.name}' has no area: left out")
+        return None
+    return core.AreaLight(
+        matrix[:3, 3],
+        axis_x,
+        axis_y,
+        strength,
+        illuminant,
+        shape="ellipse" if light.shape in {"DISK", "ELLIPSE"} else "rectangle",
+        spread=min(max(float(light.spread), _NARROWEST_SPREAD), _WIDEST_SPREAD),
+        **shared,
+    )
 
 
-def _emitting_area(light: Any) -> float:
+def _sides(light: Any) -> tuple[float, float]:
+    return float(light.size), float(light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size)
+
+
+def _emitting_area(light: Any, matrix: np.ndarray) -> float:
     """Return the factor by which Cycles multiplies a light that is not normalised (measured on Cycles 4.5)."""
     if light.type == "SUN":
         half = 0.5 * light.angle
@@ -71,57 +116,6 @@ def _emitting_area(light: Any) -> float:
     if light.type in {"POINT", "SPOT"}:
         radius = light.shadow_soft_size
         return 4.0 * math.pi * radius**2 if radius > 0.0 else 4.0
-    size_x = light.size
-    size_y = light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
-    area = size_x * size_y
-    return float(area * math.pi / 4.0 if light.shape in {"DISK", "ELLIPSE"} else area)
-
-
-def _note_what_is_not_rendered(light: Any, notes: list[str]) -> None:
-    name = light.name
-    if compat.node_tree_of(light) is not None and _has_custom_nodes(light):
-        notes.append(f"light '{name}' has its own shader nodes: their strength and textures are not rendered")
-    if not light.use_shadow:
-        notes.append(f"light '{name}' casts shadows although its shadow is switched off")
-    if light.type != "AREA" and _extent(light) > 0.0:
-        notes.append(f"light '{name}' casts a hard shadow: its size is not rendered")
-    if light.type == "SPOT" and getattr(light, "use_square", False):
-        notes.append(f"spot '{name}' has a square cone: a round one is rendered")
-
-
-def _has_custom_nodes(light: Any) -> bool:
-    """Whether the node tree differs from the one that Blender makes (one emission of strength 1)."""
-    for node in compat.node_tree_of(light).nodes:
-        if node.bl_idname == "ShaderNodeEmission":
-            strength = node.inputs["Strength"]
-            if strength.is_linked or node.inputs["Color"].is_linked or strength.default_value != 1.0:
-                return True
-        elif node.bl_idname != "ShaderNodeOutputLight":
-            return True
-    return False
-
-
-def read_world_colour(world: Any, notes: list[str]) -> tuple[tuple[float, float, float], float]:
-    """Return the scene-linear colour and the strength of a world's background; what is approximated goes to `notes`."""
-    if world is None:
-        return (0.0, 0.0, 0.0), 0.0
-    tree = compat.node_tree_of(world)
-    if tree is None:
-        red, green, blue = world.color
-        return (red, green, blue), 1.0
-    output = next((n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld" and n.is_active_output), None)
-    if output is None or not output.inputs["Surface"].is_linked:
-        return (0.0, 0.0, 0.0), 0.0
-    background = output.inputs["Surface"].links[0].from_node
-    if background.bl_idname != "ShaderNodeBackground":
-        notes.append(f"world '{world.name}': the node '{background.name}' is not understood, the background is black")
-        return (0.0, 0.0, 0.0), 0.0
-    colour, strength = background.inputs["Color"], background.inputs["Strength"]
-    notes.extend(
-        f"world '{world.name}': what is linked to {socket.name} of '{background.name}' is not rendered; "
-        "the socket's own value is used"
-        for socket in (colour, strength)
-        if socket.is_linked
-    )
-    red, green, blue, _ = colour.default_value
-    return (red, green, blue), float(strength.default_value)
+    size_x, size_y = _sides(light)
+    area = size_x * size_y * float(np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1])))
+    return area * math.pi / 4.0 if light.shape in {"DISK", "ELLIPSE"} else area

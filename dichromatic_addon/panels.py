@@ -182,6 +182,7 @@ class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
             column.prop(light, "angle")
         elif light.type in ("POINT", "SPOT"):
             column.prop(light, "shadow_soft_size", text="Radius")
+            column.prop(light, "use_soft_falloff")
         elif light.type == "AREA":
             column.prop(light, "shape")
             if light.shape in ("RECTANGLE", "ELLIPSE"):
@@ -189,6 +190,8 @@ class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
                 column.prop(light, "size_y", text="Y")
             else:
                 column.prop(light, "size")
+            column.prop(light, "spread")
+        column.prop(light, "use_shadow", text="Cast Shadow")
 
 
 class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
@@ -223,17 +226,18 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         layout = _columns(self.layout)
         world = context.world
+        layout.prop(world.dichromatic, "lights_surfaces")
         _draw_illuminant(layout, context, world)
         tree = node_tree_of(world)
         if tree is None:
             layout.prop(world, "color")
             return
-        background = next((node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground"), None)
-        if background is None:
-            layout.label(text="The world has no Background node", icon="INFO")
+        outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputWorld"]
+        output = next((node for node in outputs if node.is_active_output), None)
+        if output is None:
+            layout.label(text="The world has no output node", icon="INFO")
             return
-        layout.prop(background.inputs["Color"], "default_value", text="Color")
-        layout.prop(background.inputs["Strength"], "default_value", text="Strength")
+        layout.template_node_view(tree, output, output.inputs["Surface"])
 
 
 class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):

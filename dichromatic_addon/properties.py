@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from . import compat
 from ._core import core
 from .callbacks import get_callback, search_callback, set_callback, update_callback
+from .light_colours import chosen_illuminant, read_light_colour
 from .quality import apply_quality, quality_index, quality_items
 from .spectrum_sources import (
     illuminant_by_name,
@@ -20,7 +21,7 @@ from .spectrum_sources import (
     search_illuminants,
     tinted_daylight,
 )
-from .spectrum_store import load_file, stored_problem, stored_spectrum
+from .spectrum_store import load_file, stored_problem
 
 __all__ = [
     "CLASSES",
@@ -175,7 +176,14 @@ class DichromaticLightSettings(_Illuminant, bpy.types.PropertyGroup):
 
 
 class DichromaticWorldSettings(_Illuminant, bpy.types.PropertyGroup):
-    """The illuminant of the world's background."""
+    """The illuminant of the world, and what it lights."""
+
+    lights_surfaces: BoolProperty(
+        name="Light Surfaces",
+        description="Let surfaces receive the world's light, as in Cycles. Off: the world is only a background",
+        default=True,
+        update=update_callback(_tag),
+    )
 
 
 class DichromaticSceneSettings(bpy.types.PropertyGroup):
@@ -355,18 +363,6 @@ class DichromaticSceneSettings(bpy.types.PropertyGroup):
     )
 
 
-def _chosen_illuminant(owner: Any, colour: Sequence[float]) -> core.Spectrum:
-    """Return the illuminant that a light's or world's settings choose."""
-    settings = owner.dichromatic
-    if settings.source == "LIBRARY":
-        return illuminant_by_name(settings.illuminant)
-    if settings.source == "TEMPERATURE":
-        return radiator(settings.radiator, settings.temperature)
-    if settings.source == "FILE":
-        return stored_spectrum(owner, settings.filepath)
-    return tinted_daylight(colour)
-
-
 def read_illuminant(light: Any) -> core.Spectrum:
     """Return the illuminant of a light.
 
@@ -385,15 +381,12 @@ def read_illuminant(light: Any) -> core.Spectrum:
     SceneError
         If it cannot be had; the message names the light and the reason.
     """
-    try:
-        return _chosen_illuminant(light, compat.light_colour_factor(light))
-    except core.DichromaticError as error:
-        raise core.SceneError(f"Illuminant of light '{light.name}': {error}") from error
+    return read_light_colour(light, []).illuminant
 
 
 def light_luminance(light: Any) -> float:
-    """Return the factor that a light's colour puts on its power: its luminance, or 1 where the colour is not used."""
-    return luminance(compat.light_colour_factor(light)) if light.dichromatic.source == "COLOR" else 1.0
+    """Return the factor that a light's colour and nodes put on its power; colours that are not used count for 1."""
+    return read_light_colour(light, []).factor
 
 
 def world_illuminant(scene: Any, colour: Sequence[float]) -> tuple[core.Spectrum, float]:
@@ -417,7 +410,7 @@ def world_illuminant(scene: Any, colour: Sequence[float]) -> tuple[core.Spectrum
         If the illuminant cannot be had; the message names the world and the reason.
     """
     try:
-        return _chosen_illuminant(scene.world, colour), luminance(colour)
+        return chosen_illuminant(scene.world) or tinted_daylight(colour), luminance(colour)
     except core.DichromaticError as error:
         raise core.SceneError(f"Illuminant of world '{scene.world.name}': {error}") from error
 

@@ -15,10 +15,12 @@ import numpy as np
 
 from ._core import core
 from .camera_reading import read_region
-from .light_reading import read_light, read_world_colour
+from .light_colours import read_light_colour
+from .light_reading import read_light
 from .nodes.reading import read_material
 from .picture import picture_colour
-from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
+from .properties import read_settings
+from .world_reading import read_world
 
 __all__ = ["Relit", "relit_layer", "settings_differences"]
 
@@ -120,11 +122,13 @@ def _emitters(scene: Any, finished: Any, differences: list[str]) -> tuple[Any, .
         else replace(lamp, illuminant=now[lamp.name].illuminant, strength=now[lamp.name].strength)
         for lamp in lamps
     ]
-    return (*relit, _world(scene, world, differences), *surfaces)
+    return (*relit, _world(scene, world, differences), *(_glowing(surface) for surface in surfaces))
 
 
 def _light(light: Any) -> Any | None:
-    return read_light(light, mathutils.Matrix(), read_illuminant(light), light_luminance(light), [])
+    users = (obj for obj in bpy.context.scene.objects if obj.data == light)
+    matrix = next((obj.matrix_world for obj in users), mathutils.Matrix())  # its scale is that of an area light
+    return read_light(light, matrix, read_light_colour(light, []), [])
 
 
 def _compare_lights(name: str, then: Any, now: Any, differences: list[str]) -> None:
@@ -139,15 +143,26 @@ def _compare_lights(name: str, then: Any, now: Any, differences: list[str]) -> N
 
 
 def _world(scene: Any, then: Any, differences: list[str]) -> Any:
-    world = scene.world
-    colour, strength = read_world_colour(world, [])
-    if scene.render.film_transparent or strength <= 0.0 or max(colour) <= 0.0:
+    world = read_world(scene.world, [], pictures="none")
+    if world.strength <= 0.0 or (scene.render.film_transparent and not world.lights_surfaces):
         return replace(then, strength=0.0)
     if then.strength == 0.0:
         differences.append(f"world '{world.name}' was black when the picture was rendered")
         return then
-    illuminant, luminance = world_illuminant(scene, colour)
-    return replace(then, illuminant=illuminant, strength=strength * luminance)
+    return replace(then, illuminant=world.illuminant, strength=world.strength)
+
+
+def _glowing(then: Any) -> Any:
+    """Return the light of a surface as its material gives it now."""
+    material = bpy.data.materials.get(then.name)
+    if material is None:
+        raise core.SceneError(f"material '{then.name}' of the kept render is gone or has another name: render again")
+    glow = read_material(material, pictures="none").glow
+    return (
+        replace(then, strength=0.0)
+        if glow is None
+        else replace(then, illuminant=glow.illuminant, strength=glow.strength)
+    )
 
 
 # ---- materials

@@ -14,13 +14,16 @@ import numpy as np
 
 from ._core import core
 from .camera_reading import Region, read_lens, read_region, window_from_projection
-from .light_reading import read_light, read_world_colour
+from .light_colours import read_light_colour
+from .light_linking import linked_objects
+from .light_reading import read_light
 from .mesh_reading import MeshArrays, corner_coordinates, read_mesh
 from .nodes.images import Coordinates
 from .nodes.reading import read_material
 from .picture import PictureColour, picture_colour
-from .properties import light_luminance, read_illuminant, read_settings, world_illuminant
+from .properties import read_settings
 from .render_passes import PassRequest, passes_of_layer
+from .world_reading import read_world
 
 __all__ = ["ExportedScene", "export_scene"]
 
@@ -81,6 +84,8 @@ class _Walk:
     instances: list[Any] = field(default_factory=list)
     object_indices: list[int] = field(default_factory=list)
     lights: list[Any] = field(default_factory=list)
+    receivers: list[Callable[[str], bool] | None] = field(default_factory=list)  # of each light
+    owners: list[str] = field(default_factory=list)  # of each instance: the object that light linking knows it by
     light_groups: list[str] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     material_names: list[str] = field(default_factory=list)
@@ -88,6 +93,8 @@ class _Walk:
     material_index: dict[str | None, int] = field(default_factory=dict)
     invisible: set[int] = field(default_factory=set)  # materials that show nothing
     coordinates: list[Coordinates | None] = field(default_factory=list)
+    emissions: list[Any] = field(default_factory=list)  # of each material, or None
+    emission_groups: dict[int, set[str]] = field(default_factory=dict)  # light groups of objects that emit
     arrays: dict[int, MeshArrays | None] = field(default_factory=dict)
     meshes: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
 
@@ -151,11 +158,12 @@ def export_scene(
         scene=core.Scene(
             instances=walk.instances,
             materials=walk.materials,
-            lights=walk.lights,
+            lights=_linked(walk),
             camera=core_camera,
-            world=core.World() if scene.render.film_transparent else _world(scene, walk.notes),
+            world=_world(scene, walk.notes),
             material_names=walk.material_names,
             name=scene.name,
+            emissions=walk.emissions,
         ),
         settings=settings,
         region=region,
@@ -167,8 +175,34 @@ def export_scene(
 
 
 def _emitter_groups(scene: Any, walk: _Walk) -> tuple[str, ...]:
-    """Return the light group of each emitter of the core's scene, in its order."""
-    return (*walk.light_groups, "" if scene.world is None else scene.world.lightgroup)
+    """Return the light group of each emitter of the core's scene, in its order: lights, world, materials that emit."""
+    surfaces = []
+    for index, emission in enumerate(walk.emissions):
+        if emission is not None:
+            groups = walk.emission_groups.get(index, set())
+            surfaces.append(next(iter(groups)) if len(groups) == 1 else "")
+    return (*walk.light_groups, "" if scene.world is None else scene.world.lightgroup, *surfaces)
+
+
+def _linked(walk: _Walk) -> list[Any]:
+    """Return the lights with the numbers of the instances that light linking lets them light."""
+    lights = []
+    for light, is_lit in zip(walk.lights, walk.receivers, strict=True):
+        if is_lit is not None:
+            light = replace(light, receivers=frozenset(i for i, name in enumerate(walk.owners) if is_lit(name)))
+        lights.append(light)
+    return lights
+
+
+def _note_emission(walk: _Walk, owners: list[Any], mesh: Any) -> None:
+    """Remember the light groups of an object that emits, and say what of it is not rendered."""
+    for index in np.unique(mesh.material_index):
+        if walk.emissions[index] is None:
+            continue
+        group = next((owner.lightgroup for owner in owners if owner.lightgroup), "")
+        walk.emission_groups.setdefault(int(index), set()).add(group)
+        if owners[0].light_linking.receiver_collection is not None:
+            walk.notes.append(f"light linking of '{owners[0].name}' is not rendered: its surface lights everything")
 
 
 def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]:
@@ -218,12 +252,10 @@ def _visit(walk: _Walk, instance: Any) -> None:
         _visit_mesh(walk, instance, obj)
     elif obj.type == "LIGHT":
         light = obj.data
-        if getattr(obj, "light_linking", None) is not None and obj.light_linking.receiver_collection is not None:
-            walk.notes.append(f"light linking of '{obj.name}' is not rendered: it lights everything")
-        factor = light_luminance(light)
-        made = read_light(light, instance.matrix_world, read_illuminant(light), factor, walk.notes)
+        made = read_light(light, instance.matrix_world, read_light_colour(light, walk.notes), walk.notes)
         if made is not None:
             walk.lights.append(made)
+            walk.receivers.append(linked_objects(obj, walk.notes))
             owner = obj if obj.lightgroup or instance.parent is None else instance.parent
             walk.light_groups.append(owner.lightgroup)
     elif obj.type in _NOT_RENDERED:
@@ -248,6 +280,8 @@ def _visit_mesh(walk: _Walk, instance: Any, obj: Any) -> None:
     mesh = _mesh(walk, obj)
     if mesh is None:
         return
+    walk.owners.append(obj.name)
+    _note_emission(walk, owners, mesh)
     walk.instances.append(
         core.Instance(
             mesh,
@@ -319,6 +353,9 @@ def _material(walk: _Walk, material: Any) -> int:
         if reading.is_invisible:
             walk.invisible.add(len(walk.materials))
         walk.materials.append(reading.material)
+        glow = reading.glow
+        made = None if glow is None else core.Emission(glow.illuminant, glow.strength, name=material.name)
+        walk.emissions.append(made)
         walk.coordinates.append(reading.coordinates)
         walk.material_indices.append(0 if material is None else material.pass_index)
         walk.material_names.append("(no material)" if material is None else material.name)
@@ -326,12 +363,9 @@ def _material(walk: _Walk, material: Any) -> int:
 
 
 def _world(scene: Any, notes: list[str]) -> Any:
-    colour, strength = read_world_colour(scene.world, notes)
-    if strength <= 0.0 or max(colour) <= 0.0:
-        return core.World()
-    illuminant, luminance = world_illuminant(scene, colour)
-    notes.append("the world's light is seen by the camera, but does not light surfaces")
-    return core.World(illuminant, strength * luminance, name=scene.world.name)
+    """Return the world; behind a transparent film it lights surfaces and is not seen."""
+    world = read_world(scene.world, notes)
+    return replace(world, camera_visible=False) if scene.render.film_transparent else world
 
 
 def _note_scene_features(scene: Any, notes: list[str]) -> None:

@@ -113,11 +113,14 @@ class Glow:
         Its relative spectral power.
     colour : tuple of float, optional
         Scene linear RGB with the strength in it, where the light was given by a colour.
+    plain_strength : float
+        The strength without what a colour makes of it.
     """
 
     strength: float
     illuminant: Any
     colour: tuple[float, float, float] | None = None
+    plain_strength: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,9 @@ from .colour_operations import OPERATIONS, Values
 from .images import IMAGE_NODE
 from .links import Origin, origin_of
 
-__all__ = ["ColourChains"]
+__all__ = ["IMAGE_NODES", "ColourChains", "is_straight"]
+
+IMAGE_NODES = (IMAGE_NODE, "ShaderNodeTexEnvironment")
 
 DEEPEST = 200  # nodes in a row; more is taken for a cycle
 QUANTILES = 64  # samples of a pattern's distribution
@@ -95,9 +97,31 @@ class ColourChains:
         SceneError
             If the links form a cycle.
         """
-        values = _channels(self._input(socket, groups), socket.type, 3)
-        red, green, blue = np.nan_to_num(values.reshape(-1, 3).mean(axis=0), posinf=0.0, neginf=0.0).tolist()
+        values = self.values(socket, groups)
+        red, green, blue = np.nan_to_num(values.mean(axis=0), posinf=0.0, neginf=0.0).tolist()
         return red, green, blue
+
+    def values(self, socket: Any, groups: tuple[Any, ...] = ()) -> Values:
+        """Return the scene linear colours of an input, for each sample of an image or of what varies.
+
+        Parameters
+        ----------
+        socket : bpy.types.NodeSocket
+            An input.
+        groups : tuple of bpy.types.Node, optional
+            The group nodes around it.
+
+        Returns
+        -------
+        ndarray of float64, shape (P, 3)
+            Red, green, blue.
+
+        Raises
+        ------
+        SceneError
+            If the links form a cycle.
+        """
+        return _channels(self._input(socket, groups), socket.type, 3).reshape(-1, 3)
 
     def number(self, socket: Any, groups: tuple[Any, ...] = ()) -> float:
         """Return the number of an input, or its mean over the surface.
@@ -190,8 +214,15 @@ class ColourChains:
             return np.full(_count(output.type), constant)
         if kind == "ShaderNodeAmbientOcclusion":
             return inputs("Color")
-        if kind == IMAGE_NODE:
+        if kind in IMAGE_NODES:
             return self._of_image(Origin(output, groups))
+        if kind == "ShaderNodeTexIES":
+            self.note(f"the distribution of '{node.name}' is not rendered: it shines evenly")
+            return inputs("Strength")
+        if kind == "ShaderNodeLightFalloff":
+            if output.name != "Quadratic":
+                self.note(f"light of '{node.name}' falls off with the square of the distance")
+            return inputs("Strength")
         found: Values | None = None
         if kind == "ShaderNodeTexChecker":
             found = _alternating(inputs("Color1"), inputs("Color2"), 0.5, output)
@@ -214,7 +245,7 @@ class ColourChains:
         values = None if self.pixels is None else self.pixels(origin)
         if values is None:
             self.note(f"the image of '{node.name}' is not rendered here: its mean is used")
-            values = mean_color(node.image, straight=node.outputs["Alpha"].is_linked)
+            values = mean_color(node.image, straight=is_straight(node))
         return values[..., 3:] if output.name == "Alpha" else values[..., :3]
 
     def _of_spectrum(self, node: Any, groups: tuple[Any, ...]) -> Values:
@@ -224,6 +255,12 @@ class ColourChains:
             return (1.0 - factor) * a + factor * (a * b if node.operation == "MULTIPLY" else b)
         name = "Color" if node.source == "COLOR" else "RGB"
         return self._input(node.inputs[name], groups) * self._input(node.inputs["Scale"], groups)
+
+
+def is_straight(node: Any) -> bool:
+    """Whether an image node gives colours as they are behind the alpha, since its Alpha output is used."""
+    alpha = node.outputs.get("Alpha")
+    return alpha is not None and bool(alpha.is_linked)
 
 
 def _mortar_share(size: float, node: Any, inputs: Any) -> float:

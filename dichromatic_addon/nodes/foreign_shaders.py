@@ -113,17 +113,19 @@ class ShaderReader:
             source = origin.node
             if source.bl_idname in SPECTRUM_NODES:
                 scale = self.number(source, "Scale", origin.groups, 1.0) if source.bl_idname == SPECTRUM_NODE else 1.0
-                self.parts.glows.append(Glow(strength * scale, self.reader.spectrum(node, colour_name, groups)))
+                illuminant = self.reader.spectrum(node, colour_name, groups)
+                self.parts.glows.append(Glow(strength * scale, illuminant, None, strength * scale))
                 return
             if source.bl_idname == "ShaderNodeBlackbody":
                 kelvin = self.number(source, "Temperature", origin.groups)
-                self.parts.glows.append(Glow(strength, core.blackbody(min(max(kelvin, 800.0), 12000.0))))
+                illuminant = core.blackbody(min(max(kelvin, 800.0), 12000.0))
+                self.parts.glows.append(Glow(strength, illuminant, None, strength))
                 return
         colour = self.colour(node, colour_name, groups)
         bright = luminance(colour)
         if bright > 0.0:
-            scaled = tuple(max(part, 0.0) * strength for part in colour)
-            self.parts.glows.append(Glow(bright * strength, tinted_daylight(colour), scaled))  # type: ignore[arg-type]
+            red, green, blue = (max(part, 0.0) * strength for part in colour)
+            self.parts.glows.append(Glow(bright * strength, tinted_daylight(colour), (red, green, blue), strength))
 
     def note_normal(self, node: Any) -> None:
         """Say that a bump or normal map does nothing."""

@@ -17,7 +17,7 @@ from .._core import core
 from ..image_reading import image_problem, texture_of
 from .links import Origin, origin_of
 
-__all__ = ["IMAGE_NODE", "Coordinates", "Layout", "interpolation_note", "layout_of", "read_texture", "texture_problem"]
+__all__ = ["IMAGE_NODE", "Coordinates", "Layout", "interpolation_note", "layout_of", "mapping_matrix", "read_texture", "texture_problem"]
 
 IMAGE_NODE = "ShaderNodeTexImage"
 
@@ -163,7 +163,7 @@ def _placement(node: Any, groups: tuple[Any, ...]) -> tuple[Coordinates, NDArray
             )
         if origin.node.bl_idname != "ShaderNodeMapping":
             return _source(origin), matrix
-        matrix = matrix @ _mapping(origin.node, origin.groups)
+        matrix = matrix @ mapping_matrix(origin.node, origin.groups)
         origin = origin_of(origin.node.inputs["Vector"], origin.groups)
     raise core.SceneError("whose Mapping nodes form a cycle")
 
@@ -188,7 +188,26 @@ def _source(origin: Origin) -> Coordinates:
     raise core.SceneError(f"whose coordinates come from '{node.name}', which is not read; use UV Map and Mapping nodes")
 
 
-def _mapping(node: Any, groups: tuple[Any, ...]) -> NDArray[np.float64]:
+def mapping_matrix(node: Any, groups: tuple[Any, ...] = ()) -> NDArray[np.float64]:
+    """Return the affine map of a Mapping node.
+
+    Parameters
+    ----------
+    node : bpy.types.Node
+        The node.
+    groups : tuple of bpy.types.Node, optional
+        The group nodes around it.
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 4)
+        From the coordinates that enter to those that leave.
+
+    Raises
+    ------
+    SceneError
+        If one of its inputs is linked, or it maps normals; the message continues "linked to 'Image Texture', ".
+    """
     values = {}
     for name in ("Location", "Rotation", "Scale"):
         socket = node.inputs.get(name)

@@ -12,7 +12,7 @@ from .._core import core
 from ..spectrum_sources import luminance, tinted_daylight, uplifted
 from .closures import Body, Glow, Lobe, Parts, Tint, lobe_of_finished
 
-__all__ = ["Joined", "join", "weighted_sum"]
+__all__ = ["Joined", "add_glows", "join", "weighted_sum"]
 
 SAME_SHARPNESS = 4.0  # ratio of g within which two lobes become one; a factor of 1.4 in Blender's roughness
 LARGEST_NEUTRAL = 1.0e6  # S_I of Type I; stronger ones are Type II
@@ -101,7 +101,7 @@ def join(parts: Parts) -> Joined:
         If a number is invalid.
     """
     parts.opaque()
-    glow = _one_glow(parts)
+    glow = add_glows(parts)
     others = [*parts.bodies, *parts.lobes]
     if len(parts.finished) == 1 and not others and math.isclose(parts.finished[0].weight, 1.0, abs_tol=NOTHING):
         material = parts.finished[0].material
@@ -178,17 +178,35 @@ def _dielectric(body: Tint, lobe: Lobe | None) -> core.TypeI | core.TypeII:
     return core.TypeII(body.reflectance, interface, lobe.attenuation, lobe.n, mirror=mirror)
 
 
-def _one_glow(parts: Parts) -> Glow | None:
-    """Add up the light that a surface gives."""
+def add_glows(parts: Parts) -> Glow | None:
+    """Add up the light that shaders give.
+
+    Parameters
+    ----------
+    parts : Parts
+        What a tree of shaders came to.
+
+    Returns
+    -------
+    Glow or None
+        One light; None where there is none.
+
+    Raises
+    ------
+    None.
+    """
     glows = parts.glows
     if not glows:
         return None
     colours = [glow.colour for glow in glows]
     if len(glows) > 1 and all(colour is not None for colour in colours):
         red, green, blue = np.sum(np.array(colours, np.float64), axis=0).tolist()
-        return Glow(luminance((red, green, blue)), tinted_daylight((red, green, blue)), (red, green, blue))
+        total = (red, green, blue)
+        strength = sum(glow.plain_strength for glow in glows)
+        return Glow(luminance(total), tinted_daylight(total), total, strength)
     brightest = max(glows, key=lambda glow: glow.strength)
     if len(glows) > 1:
         parts.note("lights of different spectra are added: that of the brightest is rendered")
-        return replace(brightest, strength=sum(glow.strength for glow in glows), colour=None)
+        total_strength = sum(glow.strength for glow in glows)
+        return replace(brightest, strength=total_strength, plain_strength=total_strength, colour=None)
     return brightest

@@ -32,6 +32,9 @@ class PointLight:
         Whether surfaces hide the light.
     receivers : frozenset of int, optional
         Numbers of the instances that it lights; None for all.
+    soft_falloff : bool
+        Whether it is a disk that turns to each point instead of a sphere, so that it falls off more slowly up close;
+        what Blender's lamps are unless told otherwise.
 
     Raises
     ------
@@ -46,6 +49,7 @@ class PointLight:
     radius: float = 0.0
     casts_shadow: bool = True
     receivers: frozenset[int] | None = None
+    soft_falloff: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", require_vector(f"position of light '{self.name}'", self.position))
@@ -114,4 +118,6 @@ class PointLight:
         position = self.position if at is None or at.position is None else at.position
         distance, to_light = normalise((position - centre).astype(points.dtype) - points)
         middle = (self.position - centre).astype(points.dtype) if self.is_extended else None
-        return Illumination(to_light, distance, sphere_irradiance(points, distance, middle, self.radius))
+        return Illumination(
+            to_light, distance, sphere_irradiance(points, distance, middle, self.radius, self.soft_falloff)
+        )

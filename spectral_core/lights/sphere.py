@@ -37,7 +37,9 @@ def aim_of_sphere(position: Vector, aim: Vector) -> Vector:
     return offset / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
-def sphere_irradiance(points: Floats, distance: Floats, middle: Floats | None, radius: float) -> Floats:
+def sphere_irradiance(
+    points: Floats, distance: Floats, middle: Floats | None, radius: float, soft_falloff: bool = False
+) -> Floats:
     """Irradiance of one watt from a point of a spherical lamp.
 
     An evenly bright sphere gives a surface that sees all of it exactly what a point at its centre would. The points
@@ -54,6 +56,8 @@ def sphere_irradiance(points: Floats, distance: Floats, middle: Floats | None, r
         Centre of the sphere, in the same coordinates; None for a light without a size.
     radius : float
         Radius of the sphere; nearer than this the distance counts as it.
+    soft_falloff : bool, optional
+        Whether the lamp is instead a disk of that radius that turns to each point, and gives c^2 / (c^2 + r^2) of that.
 
     Returns
     -------
@@ -67,11 +71,14 @@ def sphere_irradiance(points: Floats, distance: Floats, middle: Floats | None, r
 
     References
     ----------
-    Irradiance of a uniform sphere: Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-38.
+    Irradiance of a uniform sphere: Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-38. A disk of
+    radiance L that faces a point on its axis gives pi L r^2 / (c^2 + r^2).
     """
     if middle is None:
         return inverse_square(distance)
     offset = middle - points
     to_centre = np.maximum(np.sqrt(np.einsum("ij,ij->i", offset, offset)), radius)
     result: Floats = (distance / to_centre / to_centre / to_centre / (4.0 * math.pi)).astype(points.dtype)
+    if soft_falloff:
+        result = (result / (1.0 + np.square(radius / to_centre))).astype(points.dtype)
     return result

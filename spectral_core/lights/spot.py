@@ -51,6 +51,9 @@ class SpotLight:
         Whether surfaces hide the light.
     receivers : frozenset of int, optional
         Numbers of the instances that it lights; None for all.
+    soft_falloff : bool
+        Whether it is a disk that turns to each point instead of a sphere, so that it falls off more slowly up close;
+        what Blender's lamps are unless told otherwise.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class SpotLight:
     radius: float = 0.0
     casts_shadow: bool = True
     receivers: frozenset[int] | None = None
+    soft_falloff: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", require_vector(f"position of light '{self.name}'", self.position))
@@ -146,5 +150,5 @@ class SpotLight:
         else:
             falloff = (cosine >= edge).astype(points.dtype)
         middle = (self.position - centre).astype(points.dtype) if self.is_extended else None
-        irradiance = sphere_irradiance(points, distance, middle, self.radius)
+        irradiance = sphere_irradiance(points, distance, middle, self.radius, self.soft_falloff)
         return Illumination(to_light, distance, irradiance * falloff.astype(points.dtype))

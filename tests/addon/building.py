@@ -15,6 +15,7 @@ __all__ = [
     "add_mesh",
     "add_plane",
     "combined",
+    "grey_material",
     "look_down",
     "small_picture",
     "white_material",
@@ -42,13 +43,18 @@ def add_plane(scene: Any, *materials: Any, size: float = 10.0, name: str = "Plan
 
 def white_material(name: str = "White") -> Any:
     """A perfect diffuser of the same colour for this engine and for Cycles."""
+    return grey_material(1.0, name)
+
+
+def grey_material(reflectance: float = 0.18, name: str = "Grey Card") -> Any:
+    """A matte surface of the same reflectance for this engine and for Cycles."""
     material = bpy.data.materials.new(name)
     if material.node_tree is None:
         material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
     shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    shader.inputs["Color"].default_value = (reflectance, reflectance, reflectance, 1.0)
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
     return material
