@@ -38,15 +38,13 @@ def surface_of(tree: Any, output_kind: str) -> Origin | None:
     return None if output is None else origin_of(output.inputs["Surface"])
 
 
-def read_emission(tree: Any, output_kind: str, owner: str, notes: list[str]) -> Glow | None:
-    """Read what is linked to the Surface output of a tree of a light or world.
+def read_emission(origin: Origin | None, owner: str, notes: list[str]) -> Glow | None:
+    """Read the light that a shader gives.
 
     Parameters
     ----------
-    tree : bpy.types.ShaderNodeTree
-        The tree.
-    output_kind : str
-        Type of its output node.
+    origin : Origin or None
+        What is linked to the Surface output of a light or world.
     owner : str
         "light 'Key'", for the notes.
     notes : list of str
@@ -63,7 +61,7 @@ def read_emission(tree: Any, output_kind: str, owner: str, notes: list[str]) -> 
         If one of our nodes in the tree cannot be read, or the links form a cycle.
     """
     shaders = ShaderReader(InputReader())
-    shaders.read(surface_of(tree, output_kind))
+    shaders.read(origin)
     glow = add_glows(shaders.parts)
     notes.extend(f"{owner}: {note}" for note in shaders.parts.notes)
     return glow

@@ -7,7 +7,7 @@ from typing import Any
 
 from . import compat
 from ._core import core
-from .emission_reading import read_emission
+from .emission_reading import read_emission, surface_of
 from .spectrum_sources import illuminant_by_name, luminance, radiator, tinted_daylight
 from .spectrum_store import stored_spectrum
 
@@ -57,7 +57,11 @@ def read_light_colour(light: Any, notes: list[str]) -> LightColour:
     except core.DichromaticError as error:
         raise core.SceneError(f"Illuminant of light '{light.name}': {error}") from error
     tree = compat.node_tree_of(light)
-    glow = None if tree is None else read_emission(tree, "ShaderNodeOutputLight", f"light '{light.name}'", notes)
+    glow = (
+        None
+        if tree is None
+        else read_emission(surface_of(tree, "ShaderNodeOutputLight"), f"light '{light.name}'", notes)
+    )
     if tree is not None and glow is None:
         return LightColour(chosen or core.illuminant("D65"), 0.0)  # nothing is linked to its output
     if chosen is not None:

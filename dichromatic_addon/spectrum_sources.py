@@ -114,7 +114,8 @@ def working_luminance(colour: ArrayLike) -> NDArray[np.float64]:
 
 def luminance(colour: Sequence[float]) -> float:
     """Return the luminance of one scene linear colour, not negative."""
-    return max(0.0, float(working_luminance(tuple(colour)[:3])))
+    rgb = working_to_rec709(colour)
+    return rgb[0] if len(set(rgb)) == 1 and rgb[0] > 0.0 else max(0.0, float(np.dot(rgb, REC709_LUMINANCE)))
 
 
 def tinted_daylight(colour: Sequence[float]) -> core.Spectrum:

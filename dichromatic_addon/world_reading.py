@@ -87,7 +87,7 @@ def _read_sky(world: Any, notes: list[str], pictures: str) -> _Sky:
         sky = _read_picture(origin, owner, notes, pictures)
         if sky is not None:
             return sky
-    glow = read_emission(tree, "ShaderNodeOutputWorld", owner, notes)
+    glow = read_emission(origin, owner, notes)
     if glow is None:
         return _Sky((0.0, 0.0, 0.0), 0.0)
     return _Sky(glow.colour, glow.strength, glow.illuminant)

@@ -422,6 +422,7 @@ def add_grey_world(strength: float) -> None:
     background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     background.inputs["Strength"].default_value = strength
     tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    world.dichromatic.lights_surfaces = False
     bpy.context.scene.world = world
 
 

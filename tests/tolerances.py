@@ -125,3 +125,6 @@ MEAN_OF_A_PATTERN = 0.05
 # A picture on a surface against Cycles: its 8-bit textures stay 8-bit until they are interpolated, and its bilinear
 # weights and coordinates are float32 with camera rays from within a hundredth of a pixel of the centre.
 IMAGE_AGAINST_CYCLES = 5e-3
+
+# A world with a picture of 32 x 16 beside Cycles': the edges of its bright patch, in pixels filtered by two filters.
+EDGES_OF_A_PICTURE = 0.02

@@ -71,9 +71,11 @@ def described(scene: Any) -> dict[str, Any]:
     """Everything of a scene that makes its picture, in plain values."""
     from dichromatic_addon.nodes.reading import read_material
     from dichromatic_addon.properties import read_display, read_illuminant, read_settings
+    from dichromatic_addon.world_reading import read_world
 
     found: dict[str, Any] = {"settings": read_settings(scene), "white": read_display(scene).white.key}
     found["camera"] = scene.camera.name
+    found["world"] = scene.world and (scene.world.dichromatic.lights_surfaces, read_world(scene.world, []).strength)
     for item in scene.objects:
         found[item.name] = {
             "type": item.type,
