@@ -112,7 +112,7 @@ def _read_picture(origin: Origin, owner: str, notes: list[str], pictures: str) -
     found: list[tuple[Origin, tuple[int, int]]] = []
 
     def pixels_of(source: Origin) -> NDArray[np.float64] | None:
-        if source.node.bl_idname != ENVIRONMENT_NODE or found and found[0][0].node != source.node:
+        if source.node.bl_idname != ENVIRONMENT_NODE or (found and found[0][0].node != source.node):
             return None
         if source.node.projection != "EQUIRECTANGULAR":
             notes.append(f"{owner}: '{source.node.name}' is no equirectangular environment: its mean is used")

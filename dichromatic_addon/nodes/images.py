@@ -17,7 +17,16 @@ from .._core import core
 from ..image_reading import image_problem, texture_of
 from .links import Origin, origin_of
 
-__all__ = ["IMAGE_NODE", "Coordinates", "Layout", "interpolation_note", "layout_of", "mapping_matrix", "read_texture", "texture_problem"]
+__all__ = [
+    "IMAGE_NODE",
+    "Coordinates",
+    "Layout",
+    "interpolation_note",
+    "layout_of",
+    "mapping_matrix",
+    "read_texture",
+    "texture_problem",
+]
 
 IMAGE_NODE = "ShaderNodeTexImage"
 
