@@ -19,7 +19,7 @@ _FINEST, _COARSEST = 256, 16
 """Most and fewest blocks along a side."""
 
 _SMALL = 0.9
-"""Part of the triangles whose boxes the blocks are made at least as large as."""
+"""Part of the triangles whose boxes two blocks are made at least as large as."""
 
 _REACH = 6
 """Blocks along a side of a triangle's box up to which each is looked at; larger boxes get larger blocks."""
@@ -101,19 +101,22 @@ class Ceilings:
         low_y, high_y = (float(np.clip(end, 0.0, size)) for end in (top.min(), bottom.max()))
         extent = max(high_x - low_x, high_y - low_y, 1e-3 * size) * 1.0001
         typical = float(np.quantile(np.maximum(right - left, bottom - top)[:: max(len(left) // 4096, 1)], _SMALL))
-        count = int(np.clip(extent / max(typical, 1e-6 * size), _COARSEST, _FINEST))
+        count = int(np.clip(2.0 * extent / max(typical, 1e-6 * size), _COARSEST, _FINEST))
         scale = count / extent
         height = np.full((count, count), -np.inf, dtype)
         first_x, last_x = _range(left, right, low_x, scale, count)
         first_y, last_y = _range(top, bottom, low_y, scale, count)
         wide = np.maximum(last_x - first_x, last_y - first_y)
-        small, large = np.flatnonzero(wide <= 1), np.flatnonzero(wide > 1)
+        small, large = np.flatnonzero(wide <= 2), np.flatnonzero(wide > 2)
         table, value = height.ravel(), np.take(nearest, small)
-        columns = [np.take(end, small) for end in (first_x, last_x)]
-        for row in (np.take(end, small) * count for end in (first_y, last_y)):
+        columns, rows = (
+            [np.take(first, small), np.take(first + last >> 1, small), np.take(last, small)]
+            for first, last in ((first_x, last_x), (first_y, last_y))
+        )
+        for row in rows:
+            row *= count
             for column in columns:
                 np.maximum.at(table, row + column, value)
-        planes = _slopes(x, y, nearness)
         shift = 0
         while len(large):
             fits = np.take(wide, large) >> shift < _REACH
@@ -121,8 +124,8 @@ class Ceilings:
             if len(some):
                 ranges = [np.take(end, some) >> shift for end in (first_x, last_x, first_y, last_y)]
                 step = float(1 << shift) / scale
-                at = [np.take(values, some) for values in (x[0], y[0], nearness[0], *planes, nearest)]
-                coarse = _above(ranges, at, (low_x, low_y), step, (count - 1 >> shift) + 1)
+                corners = [np.take(values, some, axis=1) for values in (x, y, nearness)]
+                coarse = _above(ranges, corners, np.take(nearest, some), (low_x, low_y), step, (count - 1 >> shift) + 1)
                 np.maximum(height, coarse.repeat(1 << shift, 0).repeat(1 << shift, 1)[:count, :count], out=height)
             large = large[~fits]
             shift += _COARSER
@@ -181,7 +184,14 @@ def _slopes(x: Array, y: Array, nearness: Array) -> tuple[Array, Array]:
         return (bz * cy - by * cz) * scale, (bx * cz - bz * cx) * scale
 
 
-def _above(ranges: list[Integers], at: list[Array], origin: tuple[float, float], step: float, blocks: int) -> Array:
+def _above(
+    ranges: list[Integers],
+    corners: list[Array],
+    nearest: Array,
+    origin: tuple[float, float],
+    step: float,
+    blocks: int,
+) -> Array:
     """Greatest nearness of triangles in blocks of one size, by their planes and by their nearest corners."""
     first_x, last_x, first_y, last_y = ranges
     wide = last_x - first_x + 1
@@ -190,11 +200,12 @@ def _above(ranges: list[Integers], at: list[Array], origin: tuple[float, float],
     row = rank // wide
     column = rank - row * wide + np.take(first_x, owner)
     row += np.take(first_y, owner)
-    x, y, height, slope_x, slope_y, nearest = (np.take(values, owner) for values in at)
+    planes = (*(values[0] for values in corners), *_slopes(*corners), nearest)
+    x, y, height, slope_x, slope_y, highest = (np.take(values, owner) for values in planes)
     half = (0.5 + _PAD) * step
     with np.errstate(invalid="ignore", over="ignore"):
         height += slope_x * (((column + 0.5) * step + origin[0]).astype(x.dtype) - x) + np.abs(slope_x) * half
         height += slope_y * (((row + 0.5) * step + origin[1]).astype(y.dtype) - y) + np.abs(slope_y) * half
     result = np.full((blocks, blocks), -np.inf, x.dtype)
-    np.maximum.at(result.ravel(), row * blocks + column, np.fmin(nearest, height))
+    np.maximum.at(result.ravel(), row * blocks + column, np.fmin(highest, height))
     return result

@@ -27,9 +27,6 @@ _WIDEST = 3.0
 _NEAR = 1e-5
 """Depth, in scene radii, up to which nothing counts: closer to the light there is no telling what hides what."""
 
-_FACES = tuple(sign * row for row in np.eye(3) for sign in (1.0, -1.0))
-"""Axes of the six screens around a light: +x, -x, +y, -y, +z, -z."""
-
 _BESIDE = 1.001
 """How much farther to the side than ahead a vertex must lie to be surely off a face."""
 
@@ -106,7 +103,9 @@ class LightScreen:
         return cls(x, y, nearness, flat.triangle, left, right, top, bottom, nearest, ceilings)
 
 
-def light_projections(geometry: Geometry, position: Floats | None, to_light: ArrayLike | None) -> list[Projection]:
+def light_projections(
+    geometry: Geometry, position: Floats | None, to_light: ArrayLike | None, bounds: tuple[Array, Array]
+) -> list[Projection]:
     """One screen that holds the scene, or six around a light amid it.
 
     Parameters
@@ -117,6 +116,8 @@ def light_projections(geometry: Geometry, position: Floats | None, to_light: Arr
         Where the light stands, in recentred coordinates; None for one infinitely far.
     to_light : (3,) array_like of float or None
         Direction to it then.
+    bounds : pair of (3,) ndarray
+        Opposite corners of the scene's box.
 
     Returns
     -------
@@ -139,12 +140,12 @@ def light_projections(geometry: Geometry, position: Floats | None, to_light: Arr
         axis = axis / np.linalg.norm(axis)
         return [_looking(np.zeros(3), axis, False, half / (1.01 * radius), -2.0 * radius, 2.0 * radius, 0.0)]
     near, far = _NEAR * radius, float(np.linalg.norm(position)) + 2.0 * radius
-    axis, tangent = _cone(geometry, position)
+    axis, tangent = _cone(geometry, position, bounds)
     tangent = max(tangent, 1e-6)  # an empty scene
     if tangent < _WIDEST:
         reference = float(-position @ axis)
         return [_looking(position, axis, True, half / tangent, near, far, reference if reference > near else np.inf)]
-    return [_looking(position, axis, True, half, near, far, np.inf) for axis in _FACES]
+    return [_onto(position, axes, True, half, near, far, np.inf) for axes in _CUBE]
 
 
 def face_of(x: Array, y: Array, z: Array) -> NDArray[np.uint8]:
@@ -232,18 +233,18 @@ def touching_faces(geometry: Geometry, position: Floats, chosen: Integers) -> ND
     return touching
 
 
-def _cone(geometry: Geometry, apex: Array) -> tuple[Array, float]:
+def _cone(geometry: Geometry, apex: Array, bounds: tuple[Array, Array]) -> tuple[Array, float]:
     """Axis of a cone from a point around the scene, and the tangent of its half angle (infinite from 90 degrees on)."""
     vertices, distance = geometry.vertices, float(np.linalg.norm(apex))
     if distance > 1.5 * geometry.radius:
         return -apex / distance, 1.01 * float(geometry.radius / np.sqrt(distance**2 - geometry.radius**2))
-    low, high = (getattr(vertices, end)(axis=0).astype(np.float64) for end in ("min", "max"))
+    low, high = (corner.astype(np.float64) for corner in bounds)
+    if np.all((apex >= low) & (apex <= high)):
+        return np.eye(3)[2], np.inf
     corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     away = corners - apex
     axis = np.sum(away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300), axis=0)
     axis /= max(float(np.linalg.norm(axis)), 1e-300)
-    if np.all((apex >= low) & (apex <= high)):
-        return axis, np.inf
     away = vertices - apex
     depth = away @ axis
     nearest = float(depth.min())
@@ -256,12 +257,15 @@ def _cone(geometry: Geometry, apex: Array) -> tuple[Array, float]:
 def _looking(
     eye: Array, forward: Array, perspective: bool, scale: float, near: float, far: float, reference: float
 ) -> Projection:
-    aside = np.eye(3)[np.abs(forward).argmin()]
-    right = np.cross(forward, aside)
-    right /= np.linalg.norm(right)
+    return _onto(eye, _axes(forward), perspective, scale, near, far, reference)
+
+
+def _onto(
+    eye: Array, axes: Floats, perspective: bool, scale: float, near: float, far: float, reference: float
+) -> Projection:
     return Projection(
         eye=eye,
-        axes=np.stack([right, np.cross(forward, right), forward]),
+        axes=axes,
         perspective=perspective,
         scale=(scale, scale),
         shift=(0.5 * SCREEN, 0.5 * SCREEN),
@@ -270,3 +274,15 @@ def _looking(
         size=(SCREEN, SCREEN),
         reference=reference,
     )
+
+
+def _axes(forward: Floats) -> Floats:
+    """Right, down and forward."""
+    aside = np.eye(3)[np.abs(forward).argmin()]
+    right = np.cross(forward, aside)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward])
+
+
+_CUBE = tuple(_axes(sign * row) for row in np.eye(3) for sign in (1.0, -1.0))
+"""Axes of the six screens around a light, which look along +x, -x, +y, -y, +z, -z."""

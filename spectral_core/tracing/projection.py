@@ -237,14 +237,18 @@ class Projection:
         ----------
         Outcodes: Newman and Sproull, Principles of Interactive Computer Graphics (1979).
         """
-        hx, hy, depth = self.eye_space(geometry.vertices)
+        corners = geometry.triangles if chosen is None else np.take(geometry.triangles, chosen, axis=0)
+        number = np.arange(len(corners)) if chosen is None else chosen
+        vertices = geometry.vertices
+        if 6 * len(corners) < len(vertices):
+            # So few that their corners one by one are less work.
+            vertices, corners = np.take(vertices, corners.ravel(), axis=0), np.arange(3 * len(corners)).reshape(-1, 3)
+        hx, hy, depth = self.eye_space(vertices)
         code = self._outcodes(hx, hy, depth)
         dtype = geometry.dtype
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             x, y = (hx / depth, hy / depth) if self.perspective else (hx, hy)
             x, y, nearness = x.astype(dtype), y.astype(dtype), self.nearness(depth).astype(dtype)
-        corners = geometry.triangles if chosen is None else np.take(geometry.triangles, chosen, axis=0)
-        number = np.arange(len(corners)) if chosen is None else chosen
         torn = np.zeros(0, np.int64)
         if code.any():
             a, b, c = (np.take(code, corners[:, k]) for k in range(3))

@@ -74,11 +74,13 @@ class LightView:
         self._geometry = geometry
         self._solids = solids
         self._position = None if position is None else np.array(position, np.float64)
-        self._projections = light_projections(geometry, self._position, to_light)
         if solids is None:
+            bounds = _bounds(geometry)
             self._sides = np.full(geometry.triangle_count, BOTH, np.uint8)
         else:
+            bounds = solids.bounds
             self._sides = solids.towards_light(geometry, sight, self._position)
+        self._projections = light_projections(geometry, self._position, to_light, bounds)
         if not geometry.shadow_visible.all():
             self._sides = self._sides * geometry.shadow_visible
         self._chosen: list[Integers] | None = None
@@ -228,6 +230,12 @@ def occluded_from_direction(
     Own design.
     """
     return LightView(geometry, to_light=to_light).occluded(points, own)
+
+
+def _bounds(geometry: Geometry) -> tuple[Array, Array]:
+    if not len(geometry.vertices):
+        return np.zeros(3), np.zeros(3)
+    return geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
 
 
 def _on_screen(projection: Projection, geometry: Geometry, points: Array) -> tuple[Array, Array, Array]:

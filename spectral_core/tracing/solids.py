@@ -131,6 +131,13 @@ class Solids:
         offsets = np.einsum("ij,ij->i", geometry.geometric_normals, geometry.corners[:, 0])
         return cls(first, closed, outward, lower, upper, offsets, _walls(geometry))
 
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Opposite corners of the box around all parts; the centre where there are none."""
+        if not len(self.lower):
+            return np.zeros(3), np.zeros(3)
+        return self.lower.min(axis=0), self.upper.max(axis=0)
+
     def towards_eye(self, geometry: Geometry, box: tuple[ArrayLike, ArrayLike]) -> Bytes:
         """Sides of the triangles that an eye has to look at to find what it meets first.
 
