@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cluster"]
+__all__ = ["cluster", "spread_bits"]
 
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -68,6 +68,35 @@ def cluster(lower: Array, upper: Array, size: int) -> tuple[Integers, Integers]:
     return np.concatenate([order, large]), np.concatenate([first, len(order) + np.arange(len(large))])
 
 
+def spread_bits(values: Integers) -> Integers:
+    """Put two zeros between the bits of integers.
+
+    Parameters
+    ----------
+    values : (N,) ndarray of int64
+        From 0 to 2**21 - 1.
+
+    Returns
+    -------
+    (N,) ndarray of int64
+        Three of them, shifted against each other, make a Morton code.
+
+    Raises
+    ------
+    TypeError
+        By numpy, if the values are not integers.
+
+    References
+    ----------
+    Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM (1966).
+    """
+    spread = values.copy()
+    for shift, mask in _SPREAD:
+        spread |= spread << shift
+        spread &= mask
+    return spread
+
+
 def _along_curve(points: Array) -> tuple[Integers, Integers]:
     """Morton codes in rising order, and which point each belongs to."""
     count = len(points)
@@ -78,11 +107,8 @@ def _along_curve(points: Array) -> tuple[Integers, Integers]:
     scale = (2.0**axis_bits - 1.0) / extent if extent > 0.0 else 0.0
     code = np.zeros(count, np.int64)
     for axis in range(3):
-        spread = ((points[:, axis] - least[axis]).astype(np.float64) * scale).astype(np.int64)
-        for shift, mask in _SPREAD:
-            spread |= spread << shift
-            spread &= mask
-        code |= spread << (2 - axis)
+        place = ((points[:, axis] - least[axis]).astype(np.float64) * scale).astype(np.int64)
+        code |= spread_bits(place) << (2 - axis)
     packed = np.sort(code << index_bits | np.arange(count))
     return packed >> index_bits, packed & ((1 << index_bits) - 1)
 

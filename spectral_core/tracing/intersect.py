@@ -1,9 +1,10 @@
 """Casting rays through a :class:`~.bvh.Bvh` in whole arrays.
 
 Rays are grouped by the signs of their direction and its largest component. Within a group the near and far planes of
-every box and the axis of projection are known, so that no choice is made per ray. A queue of (ray, node) pairs is
-worked off in blocks; pairs that reach a leaf are collected, sorted by ray and entry distance, and tested in rounds: in
-round k every ray that may still find something nearer tests its k-th leaf.
+every box and the axis of projection are known, so that no choice is made per ray. Neighbouring rays go in packets
+(packets.py) as long as they stay together. For the others a queue of (ray, node) pairs is worked off in blocks; pairs
+that reach a leaf are collected, sorted by ray and entry distance, and tested in rounds: in round k every ray that may
+still find something nearer tests its k-th leaf.
 
 Triangles are tested in a frame in which the ray is the z axis. Edge functions are exactly antisymmetric there, so
 that no ray slips between two triangles that share an edge, and no epsilon is needed.
@@ -11,14 +12,15 @@ that no ray slips between two triangles that share an edge, and no epsilon is ne
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .hits import Hits
+from .packets import trace_packets
+from .ray_triangles import by_ray_and_entry, edge_functions, keep_inside
+from .rays import Frame, Nearest, Rays
 
 if TYPE_CHECKING:
     from .bvh import Bvh
@@ -29,13 +31,10 @@ Array = NDArray[Any]
 Integers = NDArray[np.int64]
 
 _CHUNK = 16384
-"""Rays worked on together: small enough that their tables stay in the second-level cache."""
+"""Rays worked on one by one together: small enough that their tables stay in the second-level cache."""
 
 _BLOCK = 8192
 """(ray, node) pairs, or (ray, leaf) pairs, tested in one go."""
-
-_LARGEST_RECIPROCAL = 1e18
-"""Stands for 1/0 in slab tests; keeps products finite in float32 at every scale the scene may have."""
 
 
 def closest(bvh: Bvh, origins: Array, directions: Array, t_max: Array | float | None, own: Integers | None) -> Hits:
@@ -67,15 +66,13 @@ def closest(bvh: Bvh, origins: Array, directions: Array, t_max: Array | float | 
     Triangles: Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2(1), 65-82 (2013). Boxes: Ize,
     "Robust BVH ray traversal", JCGT 2(2), 12-27 (2013).
     """
-    rays = _Rays.prepare(bvh, origins, directions, t_max, own)
+    rays = Rays.prepare(bvh, origins, directions, t_max, own)
     count = len(rays)
     hits = Hits(
         np.full(count, np.inf, bvh.dtype), np.full(count, -1), np.zeros(count, bvh.dtype), np.zeros(count, bvh.dtype)
     )
     for number, frame in rays.chunks(bvh):
-        nearest = _Nearest.before(frame.t_max)
-        with np.errstate(all="ignore"):
-            _test_leaves(bvh, frame, nearest, *_find_leaves(bvh, frame), stop_at_first=False)
+        nearest = _trace(bvh, frame, stop_at_first=False)
         found = np.flatnonzero(nearest.triangle >= 0)
         target = number[found]
         distance = np.take(nearest.distance, found)
@@ -116,140 +113,30 @@ def occluded(
     ----------
     As for :func:`closest`.
     """
-    rays = _Rays.prepare(bvh, origins, directions, t_max, own)
+    rays = Rays.prepare(bvh, origins, directions, t_max, own)
     result = np.zeros(len(rays), bool)
     for number, frame in rays.chunks(bvh):
-        nearest = _Nearest.before(frame.t_max)
-        with np.errstate(all="ignore"):
-            _test_leaves(bvh, frame, nearest, *_find_leaves(bvh, frame), stop_at_first=True)
+        nearest = _trace(bvh, frame, stop_at_first=True)
         result[number] = nearest.triangle >= 0
     return result
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Frame:
-    """A chunk of rays of one direction class.
-
-    Planes entered and left, and the axes: two across and the one along which the direction is largest.
-    """
-
-    near: list[Array]
-    far: list[Array]
-    across_x: int
-    across_y: int
-    along: int
-    origin: list[Array]  # three (n,)
-    shear_x: Array  # d[x] / d[along]
-    shear_y: Array
-    reciprocal: list[Array]  # three (n,)
-    t_max: Array
-    own: Integers | None
+def _trace(bvh: Bvh, frame: Frame, *, stop_at_first: bool) -> Nearest:
+    """Nearest hits of a chunk, or any."""
+    nearest = Nearest.before(frame.t_max)
+    with np.errstate(all="ignore"):
+        apart = trace_packets(bvh, frame, nearest, stop_at_first=stop_at_first)
+        for k in range(0, len(apart), _CHUNK):
+            some = apart[k : k + _CHUNK]
+            part = frame.take(some)
+            found = Nearest.before(part.t_max)
+            _test_leaves(bvh, part, found, *_find_leaves(bvh, part), stop_at_first=stop_at_first)
+            for name in ("distance", "triangle", "u", "v"):
+                getattr(nearest, name)[some] = getattr(found, name)
+    return nearest
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Nearest:
-    """The nearest hits of a chunk so far."""
-
-    distance: Array
-    triangle: Integers
-    u: Array
-    v: Array
-
-    @classmethod
-    def before(cls, t_max: Array) -> _Nearest:
-        return cls(t_max.copy(), np.full(len(t_max), -1), np.zeros_like(t_max), np.zeros_like(t_max))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rays:
-    """Rays checked, cast and started near the scene; coordinates are (3, N)."""
-
-    origins: Array
-    directions: Array
-    start: Array | None  # distance along the ray at which `origins` lie, None for 0 throughout
-    t_max: Array | None
-    own: Integers | None
-
-    @classmethod
-    def prepare(
-        cls, bvh: Bvh, origins: Array, directions: Array, t_max: Array | float | None, own: Integers | None
-    ) -> _Rays:
-        origins, directions = np.asarray(origins), np.asarray(directions)
-        if origins.ndim != 2 or origins.shape[1:] != (3,) or directions.shape != origins.shape:
-            raise ValueError(f"origins and directions must be (N, 3), but are {origins.shape} and {directions.shape}")
-        count = len(origins)
-        limit = None if t_max is None else np.broadcast_to(np.asarray(t_max, np.float64), (count,))
-        if own is not None:
-            own = np.broadcast_to(np.asarray(own, np.int64), (count,))
-        columns = np.ascontiguousarray(origins.T)
-        start = None
-        reach = np.maximum(np.maximum(np.abs(columns[0]), np.abs(columns[1])), np.abs(columns[2]))
-        distant = np.flatnonzero(reach > 4.0 * bvh.radius)
-        if len(distant):
-            # Far from the scene the roundings of the origin would dwarf the triangles: step up to it in float64.
-            o, d = origins[distant].astype(np.float64), directions[distant].astype(np.float64)
-            squared = np.einsum("ij,ij->i", d, d)
-            middle = -np.einsum("ij,ij->i", o, d) / squared
-            start = np.zeros(count)
-            start[distant] = np.maximum(middle - 2.0 * bvh.radius / np.sqrt(squared), 0.0)
-            columns = columns.astype(np.float64)
-            columns[:, distant] = (o + start[distant][:, None] * d).T
-            if limit is not None:
-                limit = limit - start
-        return cls(
-            columns.astype(bvh.dtype, copy=False),
-            np.add(directions.T, 0.0, dtype=bvh.dtype, order="C"),  # and no -0: the sign of a reciprocal must be known
-            None if start is None else start.astype(bvh.dtype),
-            None if limit is None else limit.astype(bvh.dtype),
-            own,
-        )
-
-    def __len__(self) -> int:
-        return self.origins.shape[1]
-
-    def chunks(self, bvh: Bvh) -> Iterator[tuple[Integers, _Frame]]:
-        """Rays by direction class, in chunks; with the numbers of the rays."""
-        if not len(bvh.leaf_triangles):
-            return
-        dx, dy, dz = self.directions
-        ax, ay, az = np.abs(dx), np.abs(dy), np.abs(dz)
-        group = (dx < 0.0).astype(np.uint8)
-        for bit, condition in enumerate((dy < 0.0, dz < 0.0, ay > ax), start=1):
-            group |= condition.astype(np.uint8) << np.uint8(bit)
-        group[az > np.maximum(ax, ay)] &= np.uint8(7)
-        group[az > np.maximum(ax, ay)] |= np.uint8(16)
-        order = np.argsort(group, kind="stable")
-        boundary = np.concatenate([[0], np.cumsum(np.bincount(group, minlength=24))])
-        for code in range(24):
-            for begin in range(boundary[code], boundary[code + 1], _CHUNK):
-                number = order[begin : min(begin + _CHUNK, boundary[code + 1])]
-                yield number, self._frame(bvh, number, code)
-
-    def _frame(self, bvh: Bvh, number: Integers, code: int) -> _Frame:
-        along = code >> 3
-        across_x, across_y = (along + 1) % 3, (along + 2) % 3
-        backwards = [bool(code >> axis & 1) for axis in range(3)]
-        direction = [np.take(d, number) for d in self.directions]
-        origin = [np.take(o, number) for o in self.origins]
-        with np.errstate(divide="ignore", over="ignore"):
-            reciprocal = [np.clip(1.0 / d, -_LARGEST_RECIPROCAL, _LARGEST_RECIPROCAL) for d in direction]
-            shear_x, shear_y = direction[across_x] / direction[along], direction[across_y] / direction[along]
-        return _Frame(
-            near=[(bvh.upper if backwards[axis] else bvh.lower)[axis] for axis in range(3)],
-            far=[(bvh.lower if backwards[axis] else bvh.upper)[axis] for axis in range(3)],
-            across_x=across_x,
-            across_y=across_y,
-            along=along,
-            origin=origin,
-            shear_x=shear_x,
-            shear_y=shear_y,
-            reciprocal=reciprocal,
-            t_max=np.full(len(number), np.inf, bvh.dtype) if self.t_max is None else self.t_max[number],
-            own=None if self.own is None else self.own[number],
-        )
-
-
-def _find_leaves(bvh: Bvh, frame: _Frame) -> tuple[Integers, Integers, Array]:
+def _find_leaves(bvh: Bvh, frame: Frame) -> tuple[Integers, Integers, Array]:
     """Walk the tree with all rays of a frame; return (ray, leaf, entry distance) of every leaf box entered."""
     # Rows of eight equal numbers: a row is fetched with one copy and meets a node's eight planes without a broadcast.
     origin = [_rows(o, 8) for o in frame.origin]
@@ -282,7 +169,7 @@ def _rows(values: Array, width: int) -> Array:
 
 
 def _enter_children(
-    frame: _Frame, origin: list[Array], reciprocal: list[Array], limit: Array, ray: Integers, node: Integers
+    frame: Frame, origin: list[Array], reciprocal: list[Array], limit: Array, ray: Integers, node: Integers
 ) -> tuple[Integers, Array]:
     """Test rays against the eight boxes of their nodes.
 
@@ -309,13 +196,13 @@ def _enter_children(
 
 
 def _test_leaves(
-    bvh: Bvh, frame: _Frame, nearest: _Nearest, ray: Integers, leaf: Integers, entry: Array, *, stop_at_first: bool
+    bvh: Bvh, frame: Frame, nearest: Nearest, ray: Integers, leaf: Integers, entry: Array, *, stop_at_first: bool
 ) -> None:
     """Test rays against the leaves they enter, nearest first, until none can hold anything nearer."""
     if not len(ray):
         return
-    order = _by_ray_and_entry(ray, entry, len(nearest.triangle))
-    ray, leaf, entry = np.take(ray, order), np.take(leaf, order), np.take(entry, order)
+    order, entry = by_ray_and_entry(ray, entry)
+    ray, leaf = np.take(ray, order), np.take(leaf, order)
     # Rows of four equal numbers meet a leaf's four triangles.
     axes = (frame.across_x, frame.across_y, frame.along)
     tables = [_rows(v, 4) for v in (*(frame.origin[axis] for axis in axes), frame.shear_x, frame.shear_y)]
@@ -336,76 +223,15 @@ def _test_leaves(
         turn, end = np.take(turn, left), np.take(end, left)
 
 
-def _by_ray_and_entry(ray: Integers, entry: Array, rays: int) -> Integers:
-    """Order pairs by ray, then by entry distance as exactly as one sorted integer allows."""
-    pair_bits, ray_bits = len(ray).bit_length(), rays.bit_length()
-    entry_bits = min(63 - pair_bits - ray_bits, 31)
-    # The bits of non-negative floats grow with their value.
-    grade = entry.astype(np.float32).view(np.int32).astype(np.int64) >> (31 - entry_bits)
-    packed = np.sort(((ray << entry_bits | grade) << pair_bits) | np.arange(len(ray)))
-    return packed & ((1 << pair_bits) - 1)
-
-
 def _test_triangles(
-    bvh: Bvh, frame: _Frame, tables: list[Array], nearest: _Nearest, ray: Integers, leaf: Integers
+    bvh: Bvh, frame: Frame, tables: list[Array], nearest: Nearest, ray: Integers, leaf: Integers
 ) -> None:
     """Test each ray against the four triangles of its leaf and keep what is nearer; a ray occurs once."""
-    ox, oy, oz = (np.take(tables[k], ray, axis=0) for k in range(3))
-    shear_x, shear_y = np.take(tables[3], ray, axis=0), np.take(tables[4], ray, axis=0)
-    x, y, z = [], [], []
-    for corner in (0, 3, 6):
-        cx, cy, cz = (
-            np.take(bvh.leaf_corners[corner + axis], leaf, axis=0)
-            for axis in (frame.across_x, frame.across_y, frame.along)
-        )
-        cx -= ox
-        cy -= oy
-        cz -= oz
-        cx -= shear_x * cz
-        cy -= shear_y * cz
-        x.append(cx)
-        y.append(cy)
-        z.append(cz)
-    a = x[2] * y[1]
-    a -= y[2] * x[1]
-    b = x[0] * y[2]
-    b -= y[0] * x[2]
-    c = x[1] * y[0]
-    c -= y[1] * x[0]
-    least, most = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    inside = np.flatnonzero((least >= 0.0) | (most <= 0.0))
-    if not len(inside):
-        return
-    pair = inside >> 2
-    triangle = np.take(bvh.leaf_triangles.ravel(), (np.take(leaf, pair) << 2) | (inside & 3))
-    ray = np.take(ray, pair)
-    a, b, c = (np.take(weight.ravel(), inside) for weight in (a, b, c))
-    za, zb, zc = (np.take(height.ravel(), inside) for height in z)
-    total = a + b + c
-    height = a * za + b * zb + c * zc
-    along = frame.reciprocal[frame.along]
-    distance = height / total * np.take(along, ray)
-    # A triangle seen edge on has total 0 and no finite distance.
-    good = (distance > 0.0) & (distance < np.inf) & (distance <= np.take(nearest.distance, ray))
-    if frame.own is not None:
-        good &= triangle != np.take(frame.own, ray)
-    kept = np.flatnonzero(good)
-    ray, triangle, distance = np.take(ray, kept), np.take(triangle, kept), np.take(distance, kept)
-    scale = 1.0 / np.take(total, kept)
-    _keep_nearest(nearest, ray, triangle, distance, np.take(b, kept) * scale, np.take(c, kept) * scale)
-
-
-def _keep_nearest(nearest: _Nearest, ray: Integers, triangle: Integers, distance: Array, u: Array, v: Array) -> None:
-    """Write hits that are nearer, or as near with a lower number; several of one ray may compete."""
-    while len(ray):
-        held, holder = np.take(nearest.distance, ray), np.take(nearest.triangle, ray)
-        better = (distance < held) | ((distance == held) & ((triangle < holder) | (holder < 0)))
-        wins = np.flatnonzero(better)
-        ray, triangle, distance = np.take(ray, wins), np.take(triangle, wins), np.take(distance, wins)
-        u, v = np.take(u, wins), np.take(v, wins)
-        # Of equal rays the last one writes; the others look again at what it left.
-        nearest.distance[ray], nearest.triangle[ray] = distance, triangle
-        nearest.u[ray], nearest.v[ray] = u, v
-        again = np.flatnonzero(np.take(nearest.triangle, ray) != triangle)
-        ray, triangle, distance = np.take(ray, again), np.take(triangle, again), np.take(distance, again)
-        u, v = np.take(u, again), np.take(v, again)
+    of_ray = [np.take(table, ray, axis=0) for table in tables]
+    axes = (frame.across_x, frame.across_y, frame.along)
+    corners = [np.take(bvh.leaf_corners[corner + axis], leaf, axis=0) for corner in (0, 3, 6) for axis in axes]
+    inside, weights, heights = edge_functions(corners, of_ray)
+    if len(inside):
+        pair = inside >> 2
+        triangle = np.take(bvh.leaf_triangles.ravel(), (np.take(leaf, pair) << 2) | (inside & 3))
+        keep_inside(frame, nearest, np.take(ray, pair), triangle, weights, heights)

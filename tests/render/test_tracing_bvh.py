@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.errors import RenderCancelledError
-from spectral_core.tracing import Acceleration, Bvh, Geometry, Instance, Mesh, offset_origins
+from spectral_core.tracing import Acceleration, Bvh, Geometry, Instance, Mesh, intersect, offset_origins
 from spectral_core.tracing.clusters import cluster
 from spectral_core.tracing.sah import binary_tree, half_area
 from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, slenderness, soup
@@ -77,6 +77,54 @@ def test_ties_give_the_lower_number():
     geometry = geometry_of(vertices, np.array([(0, 1, 2)] * 37))
     hits = Bvh.build(geometry).closest(np.array([(-0.2, -0.2, 1.0)]), np.array([(0.0, 0.0, -1.0)]))
     assert hits.triangle.tolist() == [0]
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.integers(0, 2**31),
+    st.sampled_from([256, 300, 2000]),
+    st.floats(0.0, 1.5),
+    st.booleans(),
+    st.sampled_from([np.float32, np.float64]),
+)
+def test_packets_find_what_single_rays_find(seed, count, spread, common, dtype):
+    """Bit by bit, whether neighbours stay together or not, with ends and with triangles left out."""
+    rng = np.random.default_rng(seed)
+    geometry = geometry_of(*soup(rng, 400, size=0.1), dtype=dtype)
+    bvh = Bvh.build(geometry)
+    origins = (rng.normal(size=3) + (0.0 if common else spread) * rng.random((count, 3))).astype(dtype)
+    directions = (rng.random(3) - 0.5 - origins + spread * rng.random((count, 3))).astype(dtype)
+    directions[::37] = np.eye(3, dtype=dtype)[rng.integers(0, 3, len(directions[::37]))]
+    t_max = np.where(rng.random(count) < 0.5, np.inf, 2.0 * rng.random(count))
+    own = rng.integers(-1, geometry.triangle_count, count)
+    hits, blocked = bvh.closest(origins, directions, t_max, own), bvh.occluded(origins, directions, t_max, own)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("spectral_core.tracing.packets._FEWEST", 10**9)
+        alone = bvh.closest(origins, directions, t_max, own)
+        np.testing.assert_array_equal(bvh.occluded(origins, directions, t_max, own), blocked)
+    for name in ("triangle", "distance", "u", "v"):
+        np.testing.assert_array_equal(getattr(hits, name), getattr(alone, name))
+    np.testing.assert_array_equal(blocked, hits.hit)
+    assert np.all(hits.distance[hits.hit] < t_max[hits.hit])
+    assert not np.any(hits.hit & (hits.triangle == own))
+
+
+def test_packets_are_really_cast(monkeypatch):
+    """Parallel rays onto a ball stay together: few are left to be cast one by one."""
+    left = []
+    cast = intersect.trace_packets
+
+    def counting(bvh, frame, nearest, **options):
+        apart = cast(bvh, frame, nearest, **options)
+        left.append((len(apart), len(frame)))
+        return apart
+
+    monkeypatch.setattr(intersect, "trace_packets", counting)
+    x, y = (a.ravel() for a in np.meshgrid(*[np.linspace(-1, 1, 200)] * 2))
+    origins = np.stack([x, y, np.full_like(x, 3.0)], axis=1)
+    hits = Bvh.build(geometry_of(*icosphere(3))).closest(origins, np.broadcast_to((0.0, 0.0, -1.0), origins.shape))
+    assert np.mean(hits.hit) == pytest.approx(np.pi / 4, rel=0.02)  # the polyhedron is smaller
+    assert sum(a for a, _ in left) < 0.1 * sum(n for _, n in left)
 
 
 def test_no_triangles_and_no_rays():
