@@ -1,8 +1,8 @@
 """From Blender's images to textures of the core: their own pixels, in linear Rec.709, with alpha as Cycles has it.
 
 Blender keeps images of 8 bits encoded in the image's colour space and not multiplied by their alpha, and all others
-linear in the working space and multiplied. Here all is done between linear values, as in EEVEE; Cycles multiplies and
-interpolates 8-bit images between encoded ones.
+linear in the working space and multiplied. Here all is done between linear values, as in EEVEE; Cycles interpolates
+8-bit images between encoded values, and multiplies the encoded values of files with straight alpha.
 """
 
 from __future__ import annotations
