@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import spectral_core as core
+from dichromatic_addon import last_render, live_relight
 from dichromatic_addon.names import CLOTH_NODE, ENGINE_ID, PLASTIC_NODE, SPECTRUM_MIX_NODE, SPECTRUM_NODE
 from dichromatic_addon.nodes.editing import set_surface_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
@@ -574,6 +575,28 @@ def test_painting_is_seen_at_once(card):
     np.testing.assert_allclose(body_at(obj.active_material, UV), 0.5, rtol=FLOAT32_ROUNDING)
     assert np.ptp(before) > 0.1
     assert read_material(obj.active_material, "kept").material == read_material(obj.active_material).material
+
+
+def test_a_kept_render_is_relit_and_says_that_its_image_was_changed(scene, card):
+    image = new_image()
+    link_image(card[1], "Body Reflectance", image)
+    assert bpy.ops.dichromatic.render_image() == {"FINISHED"}
+    sun = next(item for item in scene.objects if item.type == "LIGHT").data
+    sun.dichromatic.source, sun.dichromatic.illuminant = "LIBRARY", "A"
+    bpy.context.view_layer.update()
+    live_relight.run_pending()
+    kept = last_render.kept_render(scene)
+    assert (kept.problem, kept.differences, kept.outdated) == ("", (), {})
+    image.pixels.foreach_set(np.full(WIDTH * HEIGHT * 4, 0.5, np.float32))
+    sun.energy = 2.0
+    bpy.context.view_layer.update()
+    live_relight.run_pending()
+    assert "the image of material 'Card', or how it is mixed, was changed" in last_render.kept_render(scene).differences
+    card[1].id_data.links.remove(card[1].inputs["Body Reflectance"].links[0])
+    sun.energy = 3.0
+    bpy.context.view_layer.update()
+    live_relight.run_pending()
+    assert "became another kind of material: render again" in last_render.kept_render(scene).problem
 
 
 def test_nothing_is_read_where_only_the_nodes_matter(card, tmp_path):
