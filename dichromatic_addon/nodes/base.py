@@ -25,7 +25,7 @@ BODY_INPUT = SocketRecipe(
     "COLOR",
     (0.8, 0.8, 0.8, 1.0),
     description="S_B, the spectral reflectance of the light that returns from below the surface (0 to 1). "
-    "Link a Spectrum node, or choose a color, which is uplifted to a smooth spectrum",
+    "Link a Spectrum or Image Texture node, or choose a color, which is uplifted to a smooth spectrum",
 )
 N_INPUT = SocketRecipe(
     "n",

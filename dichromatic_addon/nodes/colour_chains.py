@@ -68,12 +68,15 @@ class ColourChains:
     ----------
     notes : list of str
         What had to be approximated on the way, in the order in which it was met.
+    met : list of bpy.types.Node
+        The nodes that were worked out, but for constant ones.
     pixels : callable, optional
         ``pixels(origin)`` gives the samples (N, 4) of an image, all of the same N; patterns are then averaged before
         they meet them. Without it the mean of an image stands for it.
     """
 
     notes: list[str] = field(default_factory=list)
+    met: list[Any] = field(default_factory=list)
     pixels: Callable[[Origin], Values | None] | None = None
     _depth: int = 0
 
@@ -145,27 +148,27 @@ class ColourChains:
         """
         return float(np.nan_to_num(_channels(self._input(socket, groups), socket.type, 1)).mean())
 
-    def samples(self, socket: Any, groups: tuple[Any, ...] = ()) -> Values:
-        """Return the scene linear colours (N, 3) of an input for every pixel of its images, or its one colour (3,).
+    def samples(self, origin: Origin, count: int = 3) -> Values:
+        """Return what an output gives for every pixel of its images (N, count), or the one value (count,).
 
         Parameters
         ----------
-        socket : bpy.types.NodeSocket
-            An input.
-        groups : tuple of bpy.types.Node, optional
-            The group nodes around it.
+        origin : Origin
+            An output.
+        count : int
+            3 for scene linear colours, 1 for numbers.
 
         Returns
         -------
         ndarray
-            The colours.
+            The values.
 
         Raises
         ------
         SceneError
             If the links form a cycle.
         """
-        return np.nan_to_num(_channels(self._input(socket, groups), socket.type, 3), posinf=0.0, neginf=0.0)
+        return np.nan_to_num(_channels(self._output(origin), origin.socket.type, count), posinf=0.0, neginf=0.0)
 
     def note(self, text: str) -> None:
         """Remember an approximation once."""
@@ -204,6 +207,7 @@ class ColourChains:
             return self._input(next(socket for socket in node.inputs if socket.identifier == key), groups)
 
         kind = node.bl_idname
+        self.met.append(node)
         if kind in OPERATIONS:
             return OPERATIONS[kind](node, inputs, output)
         if kind in SPECTRUM_NODES:
@@ -240,9 +244,9 @@ class ColourChains:
 
     def _of_image(self, origin: Origin) -> Values | None:
         node, output = origin.node, origin.socket
-        if image_problem(node.image):
-            return None
         values = None if self.pixels is None else self.pixels(origin)
+        if values is None and image_problem(node.image):
+            return None
         if values is None:
             self.note(f"the image of '{node.name}' is not rendered here: its mean is used")
             values = mean_color(node.image, straight=is_straight(node))

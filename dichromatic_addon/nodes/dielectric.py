@@ -121,7 +121,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
                 "COLOR",
                 (0.9, 0.9, 0.9, 1.0),
                 description="S_I, the spectral reflectance of the highlight at its centre, relative to matte white. "
-                "Link a Spectrum node, or choose a color, which is uplifted to a smooth spectrum",
+                "Link a Spectrum or Image Texture node, or choose a color, which is uplifted to a smooth spectrum",
             ),
             N_INPUT,
             MIRROR_INPUT,

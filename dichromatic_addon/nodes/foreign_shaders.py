@@ -94,9 +94,10 @@ class ShaderReader:
                 except core.SceneError as error:
                     self.parts.note(str(error))
             else:
-                chain = ImageChain(node, name, groups)
+                chain = ImageChain(origin)
                 if chain.has_image:
-                    found = Tint.of(chain.reflectance(self.reader))
+                    uplifted_image = core.uplift_texture(chain.texture(self.reader, node, name))
+                    found = Tint.of(uplifted_image, None if chain.problem else origin)
                     for text in chain.notes:
                         self.parts.note(text)
                     return found

@@ -12,6 +12,7 @@ from ..image_reading import uplifted_texture
 from ..names import SPECTRUM_NODE, SPECTRUM_NODES
 from ..spectrum_sources import uplifted
 from .evaluation import spectrum_of_node
+from .image_chains import ImageChain, is_chained
 from .images import IMAGE_NODE, Coordinates, interpolation_note, read_texture, texture_problem
 from .links import Origin, origin_of
 
@@ -136,6 +137,11 @@ class InputReader:
             raise core.SceneError(f"{name} of {self.place(node)}: {problem}")
         if origin.socket.is_output and origin.node.bl_idname == IMAGE_NODE:
             return uplifted_texture(self._texture(node, name, origin, "colour"))
+        if is_chained(origin):
+            chain = ImageChain(origin)
+            if chain.has_image:
+                return core.uplift_texture(self._chained(chain, node, name, "colour"))
+            return uplifted(chain.colour())
         if origin.socket.is_output and origin.node.bl_idname in SPECTRUM_NODES:
             if self.depth >= DEEPEST_MIX:
                 raise core.SceneError(f"{name} of {self.place(node)}: spectra are mixed in a cycle, or too deeply")
@@ -146,6 +152,12 @@ class InputReader:
             finally:
                 self.depth -= 1
         return _own_value(origin.socket)
+
+    def _chained(self, chain: ImageChain, node: Any, name: str, channel: str) -> core.ImageTexture:
+        try:
+            return chain.texture(self, node, name, channel)
+        except core.InvalidParameterError as error:
+            raise core.SceneError(f"{name} of {self.place(node)}: {error}") from error
 
     def _texture(self, node: Any, name: str, origin: Origin, channel: str) -> core.ImageTexture:
         try:
@@ -210,11 +222,14 @@ class InputReader:
 
     def _factor(self, node: Any, groups: tuple[Any, ...]) -> float | core.ImageTexture:
         origin = self._origin(node, "Factor", groups)
-        if origin is None or origin.is_unlinked or origin.node.bl_idname != IMAGE_NODE:
-            return self.number(node, "Factor", groups)
-        problem = texture_problem(origin)
-        if problem:
+        problem = self.mask_problem(origin)
+        if origin is None or problem:
             raise core.SceneError(f"Factor of {self.place(node)}: {problem}")
+        if is_chained(origin):
+            chain = ImageChain(origin)
+            return self._chained(chain, node, "Factor", "mask") if chain.has_image else chain.number()
+        if origin.is_unlinked or origin.node.bl_idname != IMAGE_NODE:
+            return self.number(node, "Factor", groups)
         return self._texture(node, "Factor", origin, "alpha" if origin.socket.name == "Alpha" else "mask")
 
     def number_problem(self, origin: Origin | None) -> str:
@@ -237,12 +252,16 @@ class InputReader:
             if origin.socket.type != "RGBA":
                 return f"linked to {origin.socket.name} of '{origin.node.name}', which is a number; link its Color"
             return texture_problem(origin)
+        if is_chained(origin):
+            return _chain_problem(origin)
         return f"linked to '{origin.node.name}', which gives no spectrum; link a Spectrum, Image Texture, RGB or Value"
 
     def mask_problem(self, origin: Origin | None) -> str:
         """Say why an origin gives neither a number nor a mask; an empty string when it does."""
         if origin is not None and not origin.is_unlinked and origin.node.bl_idname == IMAGE_NODE:
             return texture_problem(origin)
+        if origin is not None and is_chained(origin):
+            return _chain_problem(origin)
         return self.number_problem(origin)
 
     def _origin(self, node: Any, name: str, groups: tuple[Any, ...]) -> Origin | None:
@@ -252,6 +271,11 @@ class InputReader:
                 f"{self.place(node)} has no input '{name}'; its hidden node group is missing or changed"
             )
         return origin_of(socket, groups)
+
+
+def _chain_problem(origin: Origin) -> str:
+    problem = ImageChain(origin).problem
+    return f"linked to '{origin.node.name}', {problem}" if problem else ""
 
 
 def _own_value(socket: Any) -> core.Spectrum:

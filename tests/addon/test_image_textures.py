@@ -11,6 +11,7 @@ import pytest
 import spectral_core as core
 from dichromatic_addon import last_render, live_relight
 from dichromatic_addon.names import CLOTH_NODE, ENGINE_ID, PLASTIC_NODE, SPECTRUM_MIX_NODE, SPECTRUM_NODE
+from dichromatic_addon.nodes.converting import convert
 from dichromatic_addon.nodes.editing import set_surface_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
 from dichromatic_addon.scene_export import export_scene
@@ -378,6 +379,82 @@ def test_colour_nodes_behind_an_image_are_worked_out_for_every_pixel(scene, diff
     assert inside.mean() > 0.5
     np.testing.assert_allclose(ours[inside], theirs[inside], rtol=0, atol=IMAGE_AGAINST_CYCLES)
     assert not any("mean" in note for note in read_material(material).notes)
+
+
+def test_colour_nodes_work_before_our_own_inputs_too(scene, card, tmp_path):
+    node = card[1]
+    tree = node.id_data
+    hue = tree.nodes.new("ShaderNodeHueSaturation")
+    hue.inputs["Hue"].default_value, hue.inputs["Value"].default_value = 0.6, 0.7
+    link_image(hue, "Color", new_image(), interpolation="Closest")
+    tree.links.new(hue.outputs[0], node.inputs["Body Reflectance"])
+    assert_like_cycles(scene, tmp_path)
+    assert link_problems(node) == []
+    gamma, colour = tree.nodes.new("ShaderNodeGamma"), tree.nodes.new("ShaderNodeRGB")
+    colour.outputs[0].default_value = (0.5, 0.5, 0.5, 1.0)
+    gamma.inputs["Gamma"].default_value = 2.0
+    tree.links.new(colour.outputs[0], gamma.inputs["Color"])
+    tree.links.new(gamma.outputs[0], node.inputs["Body Reflectance"])
+    read = read_material(card[0].active_material)
+    assert read.notes == ()
+    np.testing.assert_allclose(read.material.body_reflectance.at([450.0, 600.0]), 0.25, rtol=REC709_ROUND_TRIP)
+
+
+def test_a_mask_through_nodes(card):
+    obj, node = card
+    tree = node.id_data
+    mix = tree.nodes.new(SPECTRUM_MIX_NODE)
+    tree.links.new(mix.outputs[0], node.inputs["Body Reflectance"])
+    for name, value in (("A", 0.2), ("B", 0.9)):
+        tree.links.new(constant(tree, value).outputs[0], mix.inputs[name])
+    image = new_image(alpha=True)
+    flip = tree.nodes.new("ShaderNodeMath")
+    flip.operation = "SUBTRACT"
+    flip.inputs[0].default_value = 1.0
+    texture = link_image(mix, "A", image)
+    tree.links.new(constant(tree, 0.2).outputs[0], mix.inputs["A"])
+    tree.links.new(texture.outputs["Alpha"], flip.inputs[1])
+    tree.links.new(flip.outputs[0], mix.inputs["Factor"])
+    raw = np.empty(WIDTH * HEIGHT * 4, np.float32)
+    image.pixels.foreach_get(raw)
+    share = core.ImageTexture(1.0 - raw.reshape(HEIGHT, WIDTH, 4)[..., 3:]).sample(UV)
+    expected = np.repeat(0.2 + 0.7 * share, 31, axis=1)
+    np.testing.assert_allclose(body_at(obj.active_material, UV), expected, rtol=4 * FLOAT32_ROUNDING)
+    assert link_problems(mix) == []
+    tree.links.remove(flip.inputs[1].links[0])
+    flip.inputs[1].default_value = 0.25
+    np.testing.assert_allclose(
+        body_at(obj.active_material, UV), 0.2 + 0.7 * 0.75, rtol=FLOAT32_ROUNDING, err_msg="a constant is one"
+    )
+
+
+def test_chains_that_are_not_exact_are_refused_by_our_nodes(card):
+    obj, node = card
+    material, tree = obj.active_material, node.id_data
+    mix = tree.nodes.new("ShaderNodeMixRGB")
+    tree.links.new(mix.outputs[0], node.inputs["Body Reflectance"])
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], mix.inputs["Color1"])
+    assert complaint(material, node) == (
+        f"linked to '{mix.name}', behind which 'Noise Texture' gives neither an image nor a constant color"
+    )
+    texture = link_image(mix, "Color1", None)
+    assert "behind which something is linked to 'Image Texture', which has no image yet" in complaint(material, node)
+    texture.image = new_image()
+    link_image(mix, "Color2", bpy.data.images.new("large", 32, 32))
+    assert "has another size or place than the first" in complaint(material, node)
+
+
+@pytest.mark.parametrize("is_chained", [False, True])
+def test_a_conversion_keeps_the_image(diffuse, is_chained):
+    material, shader = diffuse
+    link_image(shader, "Color", new_image())
+    if is_chained:
+        behind(shader, "ShaderNodeHueSaturation").inputs["Hue"].default_value = 0.7
+    before = read_material(material).material
+    assert convert(material) is not None
+    after = read_material(material)
+    assert after.notes == ()
+    assert after.material.body_reflectance == before.body_reflectance
 
 
 def test_two_images_of_one_layout_are_multiplied_pixel_by_pixel(scene, diffuse, tmp_path):

@@ -162,7 +162,7 @@ def test_a_muted_node_passes_its_input_on(plastic):
     gamma = tree.nodes.new("ShaderNodeGamma")
     tree.links.new(new_spectrum(tree).outputs[0], gamma.inputs["Color"])
     tree.links.new(gamma.outputs[0], node.inputs["Body Reflectance"])
-    with pytest.raises(core.SceneError, match="'Gamma', which gives no spectrum"):
+    with pytest.raises(core.SceneError, match="'Gamma', behind which 'Spectrum' gives neither"):
         read_material(material)
     gamma.mute = True
     assert body(material) == core.Spectrum.constant(0.25)
