@@ -240,7 +240,6 @@ class Visibility:
 
     def _light_view(self, source: LightSource, at: LampPoint) -> LightView:
         """Project the triangles towards a point of a light."""
-        # Who is asked about is seen by the camera, on the side that faces the light; a lens is more than one camera.
-        camera = None if self._camera.has_lens else self._camera
+        # Who is asked about is seen by the camera, on the side that faces the light.
         position = None if at.position is None else at.position - self._geometry.centre
-        return self._acceleration.light_view(position, at.to_light, camera, keep=not source.is_extended)
+        return self._acceleration.light_view(position, at.to_light, self._camera, keep=not source.is_extended)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,6 +20,9 @@ from .solids import Solids, sight_box
 
 __all__ = ["Acceleration", "AccelerationCache"]
 
+
+_VIEW_BYTES, _BYTES_A_TRIANGLE, _FEWEST_VIEWS = 1 << 29, 64, 8
+"""Memory for kept views of lights, what a triangle takes in one, and how many are kept whatever they take."""
 
 _ARRAYS = ("vertices", "triangles", "corner_normals", "uv", "material_index")
 
@@ -51,7 +55,8 @@ class Acceleration:
         self._lock = threading.Lock()
         self._solids: Solids | None = None
         self._trees: dict[bytes, Bvh] = {}
-        self._lights: dict[tuple[object, ...], LightView] = {}
+        self._lights: OrderedDict[tuple[object, ...], LightView] = OrderedDict()
+        self._most_lights = max(_FEWEST_VIEWS, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * geometry.triangle_count))
 
     @property
     def solids(self) -> Solids:
@@ -146,7 +151,8 @@ class Acceleration:
             lie on surfaces whose seen side faces the light. Much quicker where meshes are closed, with the same
             verdicts.
         keep : bool, optional
-            Give the same view again to the next who asks for it, until :meth:`forget_lights`.
+            Give the same view again to the next who asks for it, until :meth:`forget_lights` or until memory runs
+            short: then that which was not asked for longest goes.
 
         Returns
         -------
@@ -164,17 +170,22 @@ class Acceleration:
         """
         sight = None if camera is None else sight_box(self.geometry, camera)
 
-        def made() -> LightView:
-            return LightView(self.geometry, position, to_light, sight, self.solids)
-
+        solids = self.solids
         if not keep:
-            return made()
+            return LightView(self.geometry, position, to_light, sight, solids)
         key = tuple(
             None if value is None else np.asarray(value, np.float64).tobytes()
             for value in (position, to_light, *(sight or (None, None)))
         )
-        view = self._lights.get(key)
-        return self._lights.setdefault(key, made()) if view is None else view
+        with self._lock:
+            view = self._lights.get(key)
+            if view is None:
+                view = self._lights[key] = LightView(self.geometry, position, to_light, sight, solids)
+                while len(self._lights) > self._most_lights:
+                    self._lights.popitem(last=False)
+            else:
+                self._lights.move_to_end(key)
+        return view
 
     def forget_lights(self) -> None:
         """Let go of the kept views of lights.
@@ -187,7 +198,8 @@ class Acceleration:
         ----------
         Own design.
         """
-        self._lights.clear()
+        with self._lock:
+            self._lights.clear()
 
 
 class AccelerationCache:

@@ -266,8 +266,8 @@ def sight_box(geometry: Geometry, camera: Camera) -> tuple[Floats, Floats]:
     geometry : Geometry
         What is looked at.
     camera : Camera
-        The camera; rays begin on its near plane. Those that leave the window by a tenth, as a pixel filter's may, are
-        included.
+        The camera; rays begin on its near plane, whatever point of the lens they come from. Those that leave the window
+        by a tenth, as a pixel filter's may, are included.
 
     Returns
     -------
@@ -293,7 +293,8 @@ def sight_box(geometry: Geometry, camera: Camera) -> tuple[Floats, Floats]:
         ]
     )
     world = corners @ camera.matrix[:3, :3].T + (camera.matrix[:3, 3] - geometry.centre)
-    return world.min(axis=0), world.max(axis=0)
+    lens = camera.lens_radius * max(1.0, 1.0 / camera.lens_ratio) if camera.has_lens else 0.0
+    return world.min(axis=0) - lens, world.max(axis=0) + lens
 
 
 def _runs(triangles: Integers) -> Integers:

@@ -229,6 +229,29 @@ def test_trees_and_views_are_made_once():
         acceleration.light_view()
 
 
+def test_views_do_not_pile_up():
+    """A lamp that moves from frame to frame leaves few views behind."""
+    acceleration = Acceleration(Geometry.from_instances([Instance(ball(0))]))
+    acceleration._most_lights = 3
+    places = [(0.0, 0.0, 2.0 + k) for k in range(5)]
+    views = [acceleration.light_view(position=place, keep=True) for place in places]
+    assert [acceleration.light_view(position=place, keep=True) for place in places[2:]] == views[2:]
+    assert acceleration.light_view(position=places[0], keep=True) is not views[0]
+
+
+def test_sight_begins_in_its_box_from_every_point_of_the_lens():
+    rng = np.random.default_rng(3)
+    geometry = Geometry.from_instances([Instance(ball(0))])
+    placed_camera = looking((1.0, -4.0, 2.0), (0.2, 0.1, 0.0))
+    for kind, lens in (("perspective", 0.0), ("perspective", 0.3), ("orthographic", 0.0)):
+        camera = replace(placed_camera, kind=kind, lens_radius=lens, focus_distance=3.0, lens_ratio=0.5, clip_start=0.4)
+        lower, upper = sight_box(geometry, camera)
+        for _ in range(20):
+            seen_from = camera.through_lens(random_directions(rng, 1)[0, :2])
+            origins, _ = seen_from.rays(*rng.uniform(-2.0, 42.0, (2, 50)), 40, 40)
+            assert np.all((origins - geometry.centre >= lower) & (origins - geometry.centre <= upper))
+
+
 def test_threads_get_what_one_gets():
     """Several threads ask for what none has made yet."""
     rng = np.random.default_rng(9)
