@@ -1,7 +1,8 @@
 """Which point of the pixel, of the lens and of each lamp a sample takes.
 
-Within a pixel they are a lattice, so that a few cover the ground; from one sub-picture to the next the lattice is
-shifted, so that neighbours together cover it more finely. The pixel's own points are the same everywhere.
+A pixel's points of a lamp are a run of Sobol's sequence, so that a few cover the ground; those of two by two
+neighbours are a longer run of the same, and those of four by four a longer one still, so that neighbours together
+cover it more finely. The points within the pixel are the same everywhere.
 """
 
 from __future__ import annotations
@@ -12,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .scene import RenderSettings
-from .tracing.sampling import disk_points, pixel_offsets, polygon_points, square_points
+from .sub_pictures import tile_places
+from .tracing.sampling import disk_points, pixel_offsets, polygon_points, sobol_points
 
 __all__ = ["SamplePattern", "interleaving"]
 
 _SPARSE = 16  # samples below which neighbouring pixels must help each other out
-
-_THIRD = 0.8191725133961645  # 1 over the root of x^4 = x + 1: an additive sequence that goes with no other
 
 
 def interleaving(settings: RenderSettings, is_sampled: bool) -> int:
@@ -102,19 +102,19 @@ class SamplePattern:
 
         References
         ----------
-        Lattices: Sloan and Joe 1994; shifts: Cranley and Patterson 1976.
+        Sobol, see :func:`~spectral_core.tracing.sampling.sobol_points`.
         """
-        samples, tiles = settings.samples, step * step
-        order = _nested_order(samples, first_samples(settings))
+        samples, first = settings.samples, first_samples(settings)
+        rng = np.random.default_rng((settings.seed, 0))
+        # The place in the pixel must not go with the point of a lamp: shuffled, but the first samples stay the first.
+        order = _nested_order(samples, first)[_shuffled(samples, first, rng)]
         offsets = pixel_offsets(samples, settings.pixel_filter, settings.filter_width, settings.seed)[order]
         offsets[:, 1] = 0.5 + (offsets[:, 1] - 0.5) * thinness
         shape = disk_points if lens_blades < 3 else (lambda points: polygon_points(points, lens_blades))
-        lens = shape(_shifted(samples, tiles, settings.seed, 1)[..., :2].reshape(-1, 2)).reshape(tiles, samples, 2)
-        lamps = tuple(
-            _shifted(samples * count, tiles, settings.seed, 2 + number).reshape(tiles, samples, count, 3)
-            for number, count in enumerate(lamp_points)
-        )
-        return cls(offsets, lens[:, order], tuple(lamp[:, order] for lamp in lamps))
+        lens = shape(_points(step, samples, 1, rng)[:, :, 0, :2])
+        # Nor the point of the lens with that of a lamp.
+        lens = np.stack([row[_shuffled(samples, first, rng)] for row in lens])
+        return cls(offsets, lens, tuple(_points(step, samples, count, rng) for count in lamp_points))
 
 
 def first_samples(settings: RenderSettings) -> int:
@@ -150,14 +150,20 @@ def _nested_order(samples: int, first: int) -> NDArray[np.int64]:
     return np.concatenate([chosen, np.setdiff1d(np.arange(samples), chosen)])
 
 
-def _shifted(count: int, tiles: int, seed: int, stream: int) -> NDArray[np.float64]:
-    """Lattices (tiles, count, 3) in the unit cube, one shifted against the next by a lattice of shifts."""
-    rng = np.random.default_rng((seed, stream))
-    start = rng.random(3)
-    index = np.arange(count)
-    planar = square_points(count, 0) if count > 1 else np.zeros((1, 2))
-    lattice = np.column_stack([planar, index * _THIRD])
-    between = square_points(tiles, 0) if tiles > 1 else np.zeros((1, 2))
-    # A tile's neighbours come far behind it in the lattice of shifts when both are shuffled.
-    shifts = np.column_stack([between, np.arange(tiles) * _THIRD / max(count, 1)])[rng.permutation(tiles)]
-    return np.asarray((start + lattice[None] + shifts[:, None]) % 1.0)
+def _shuffled(samples: int, first: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """A random order of samples in which the first few stay before the others."""
+    return np.concatenate([rng.permutation(first), first + rng.permutation(samples - first)])
+
+
+def _points(step: int, samples: int, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Points (K * K, S, J, 3) of one lamp, for each sub-picture, sample and point that a sample takes."""
+    run = 1 << (samples * count - 1).bit_length()
+    place = np.array([_run_number(column, row) for column, row in tile_places(step)])
+    index = place[:, None] * run + np.arange(samples * count)
+    scramble = rng.integers(0, 1 << 32, 3, np.uint32)
+    return sobol_points(index, scramble).reshape(step * step, samples, count, 3)
+
+
+def _run_number(column: int, row: int) -> int:
+    """Number of a place in the tile, with the bits of its column and row in turn: squares of places are runs of it."""
+    return sum((column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1 for bit in range(8))

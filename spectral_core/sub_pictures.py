@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SubPicture", "refinement", "spread", "sub_pictures"]
+__all__ = ["SubPicture", "refinement", "spread", "sub_pictures", "tile_places"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +80,30 @@ def _tile_order(step: int) -> list[tuple[int, int, int]]:
         order += [(x, y, half) for x, y in corners]
         side = half
     return order
+
+
+def tile_places(step: int) -> list[tuple[int, int]]:
+    """Where the first pixels of the sub-pictures lie.
+
+    Parameters
+    ----------
+    step : int
+        K, a power of 2.
+
+    Returns
+    -------
+    list of (int, int)
+        Column and row in the K x K tile, by number of the sub-picture.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+    return [(column, row) for column, row, _ in _tile_order(step)]
 
 
 def refinement(step: int, number: int) -> int:

@@ -9,7 +9,7 @@ from .geometry import Geometry
 from .hits import Hits, offset_origins
 from .mesh import Instance, Mesh
 from .rasterize import PrimaryView, primary_hits
-from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, polygon_points, square_points
+from .sampling import PIXEL_FILTERS, disk_points, pixel_offsets, polygon_points, sobol_points, square_points
 from .shadows import LightView, occluded_from_direction, occluded_from_point
 from .solids import Solids, sight_box
 
@@ -34,5 +34,6 @@ __all__ = [
     "polygon_points",
     "primary_hits",
     "sight_box",
+    "sobol_points",
     "square_points",
 ]

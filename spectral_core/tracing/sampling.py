@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..validation import require_choice, require_in_range, require_integer
 
-__all__ = ["PIXEL_FILTERS", "disk_points", "pixel_offsets", "polygon_points", "square_points"]
+__all__ = ["PIXEL_FILTERS", "disk_points", "pixel_offsets", "polygon_points", "sobol_points", "square_points"]
 
 PIXEL_FILTERS = ("box", "triangle", "gaussian", "blackman_harris")
 """Names of the pixel filters."""
@@ -54,6 +56,59 @@ def square_points(samples: int, seed: int = 0) -> Floats:
     index = np.arange(samples)
     points = np.stack([index / samples, index * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0], axis=1)
     return (points + np.random.default_rng(seed).random(2)) % 1.0
+
+
+def _directions() -> NDArray[np.uint32]:
+    """Direction numbers (3, 32) of Sobol's first three dimensions, from the recurrences of their polynomials."""
+    numbers = np.zeros((3, 32), np.uint32)
+    second, third = [1], [1, 3]  # of x + 1 and of x^2 + x + 1
+    for k in range(32):
+        if k >= 1:
+            second.append(2 * second[k - 1] ^ second[k - 1])
+        if k >= 2:
+            third.append(2 * third[k - 1] ^ 4 * third[k - 2] ^ third[k - 2])
+        shift = 31 - k
+        numbers[:, k] = [1 << shift, second[k] << shift, third[k] << shift]
+    return numbers
+
+
+_SOBOL = _directions()
+
+
+def sobol_points(index: NDArray[np.integer[Any]], scramble: NDArray[np.uint32]) -> Floats:
+    """Points of Sobol's sequence in the unit cube.
+
+    Any 2^m points whose indices agree above their lowest m bits lie one in each of 2^m boxes of equal size and of any
+    shape that powers of two allow (in the first two coordinates): so do a pixel's few points, and those of a block
+    of pixels together.
+
+    Parameters
+    ----------
+    index : (...) ndarray of int
+        Numbers of the points, from 0 to 2^32 - 1.
+    scramble : (3,) ndarray of uint32
+        Bits that are turned in each coordinate: another set of points that is as even.
+
+    Returns
+    -------
+    (..., 3) ndarray of float64
+        Points in [0, 1).
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Sobol, USSR Comput. Math. Math. Phys. 7(4), 86-112 (1967); direction numbers of Joe and Kuo, SIAM J. Sci. Comput.
+    30, 2635 (2008).
+    """
+    index = np.asarray(index, np.uint64)
+    bits = np.broadcast_to(np.asarray(scramble, np.uint32), (*index.shape, 3)).copy()
+    for k in range(32):
+        chosen = (index >> np.uint64(k) & np.uint64(1)).astype(bool)
+        bits[chosen] ^= _SOBOL[:, k]
+    return bits / 2.0**32
 
 
 def disk_points(square: Floats) -> Floats:

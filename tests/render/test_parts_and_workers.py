@@ -1,6 +1,5 @@
 """Pictures are the same however they are cut up and whoever works on them."""
 
-import math
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import qmc
 
 from spectral_core.colorimetry import observer, wavelength_grid
 from spectral_core.errors import DichromaticError, InvalidParameterError, RenderCancelledError, SceneError
@@ -19,8 +19,8 @@ from spectral_core.renderer import render
 from spectral_core.sample_pattern import SamplePattern
 from spectral_core.scene import RenderSettings
 from spectral_core.shading import component_coefficients, facing, surface_points
-from spectral_core.sub_pictures import refinement, sub_pictures
-from spectral_core.tracing import Acceleration, Geometry
+from spectral_core.sub_pictures import refinement, sub_pictures, tile_places
+from spectral_core.tracing import Acceleration, Geometry, sobol_points
 from spectral_core.tracing.hits import offset_origins
 from tests.render.render_scenes import still_life
 
@@ -192,17 +192,46 @@ def test_the_kept_triangles_must_be_of_the_right_precision():
         render(replace(scene, camera=None), SMALL, acceleration=kept)
 
 
-def test_patterns_are_spread_evenly_within_pixels_and_between_them():
-    settings = RenderSettings(8, 8, samples=16, seed=3)
+@pytest.mark.parametrize(("samples", "first"), [(1, 1), (4, 4), (16, 4), (64, 8)])
+def test_points_of_lamps_are_even_in_a_pixel_and_among_neighbours(samples, first):
+    """One point in each of 2^m equal boxes of any shape: a net in base 2, for pixels, pairs of pairs, and tiles."""
+    settings = RenderSettings(8, 8, samples=samples, seed=3, adaptive_threshold=1.0, min_samples=max(first, 2))
     pattern = SamplePattern.make(settings, 4, (1, 4))
-    assert [lamp.shape for lamp in pattern.lamps] == [(16, 16, 1, 3), (16, 16, 4, 3)]
+    assert [lamp.shape for lamp in pattern.lamps] == [(16, samples, 1, 3), (16, samples, 4, 3)]
+    number = {place: k for k, place in enumerate(tile_places(4))}
     for lamp in pattern.lamps:
-        for points in (*lamp.reshape(16, -1, 3), lamp.reshape(-1, 3)):
-            for axis in range(3):
-                # A lattice leaves no gap of three times its spacing, on any axis.
-                values = np.sort(points[:, axis])
-                gaps = np.diff(np.append(values, values[0] + 1.0))
-                assert gaps.max() < 3.0 / math.sqrt(len(values)) / math.sqrt(2.0)
-    same = SamplePattern.make(settings, 4, (1, 4))
-    assert np.array_equal(same.lamps[1], pattern.lamps[1])
-    assert not np.array_equal(pattern.lamps[0][0, :, 0], pattern.lamps[1][0, :, 0])
+        sets = [points.reshape(-1, 3) for points in lamp]
+        sets += [points[:first].reshape(-1, 3) for points in lamp]
+        for x, y in ((0, 0), (2, 0), (0, 2), (2, 2)):
+            some = [number[x + dx, y + dy] for dx in (0, 1) for dy in (0, 1)]
+            sets.append(lamp[some].reshape(-1, 3))
+        sets.append(lamp.reshape(-1, 3))
+        for points in sets:
+            bits = int(np.log2(len(points)))
+            for along in range(bits + 1):
+                box = np.floor(points[:, 0] * 2**along) * 2 ** (bits - along)
+                box += np.floor(points[:, 1] * 2 ** (bits - along))
+                assert np.array_equal(np.sort(box), np.arange(len(points)))
+            assert np.array_equal(np.sort(np.floor(points[:, 2] * len(points))), np.arange(len(points)))
+
+
+def test_patterns_are_repeated_by_their_seed_and_by_nothing_else():
+    settings = RenderSettings(8, 8, samples=16, seed=3)
+    one, same = (SamplePattern.make(settings, 4, (1, 1)) for _ in range(2))
+    other = SamplePattern.make(replace(settings, seed=4), 4, (1, 1))
+    for name in ("offsets", "lens"):
+        assert np.array_equal(getattr(one, name), getattr(same, name))
+        assert not np.array_equal(getattr(one, name), getattr(other, name))
+    assert np.array_equal(one.lamps[1], same.lamps[1])
+    assert not np.array_equal(one.lamps[0], one.lamps[1])
+    # The lens does not go with the point of a lamp: correlation of 16 x 16 draws, whose deviation is 1/16.
+    for axis in range(2):
+        for lamp in one.lamps:
+            assert abs(np.corrcoef(one.lens[..., axis].ravel(), lamp[:, :, 0, axis].ravel())[0, 1]) < 0.3
+
+
+@pytest.mark.parametrize("bits", [1, 5, 10])
+def test_sobol_points_are_those_of_scipy(bits):
+    ours = sobol_points(np.arange(2**bits), np.zeros(3, np.uint32))
+    theirs = qmc.Sobol(3, scramble=False).random_base2(bits)  # the same points in the order of Gray's code
+    assert sorted(map(tuple, ours)) == sorted(map(tuple, theirs))
