@@ -16,7 +16,7 @@ from .light_plan import SourcePlan
 from .lights import Illumination, LampPoint, LightSource
 from .paths import PathBundle, Polynomial, merge_bundles, mirror_directions, multiply, product_terms
 from .plan import MaterialPlan, RenderPlan
-from .reflection.mirror import mirror_coefficients
+from .reflection.mirror import mirror_coefficients, unmirrored_scales
 from .scene import RenderSettings, Scene
 from .scene_spectra import SceneSpectra, Term
 from .shading import SurfacePoints, component_coefficients, facing, place_components, spread_textures, surface_points
@@ -226,6 +226,8 @@ class Transport:
                         if not len(inside):
                             continue
                         values = component_coefficients(material, points, illumination, inside)
+                        if planned.kind != "light" and material.mirror > 0.0 and depth < self.settings.max_bounces:
+                            values = values * unmirrored_scales(material).astype(values.dtype)
                         for k in range(len(planned.filters)):
                             share = at.weights[k] / planned.points
                             weighed = values if share == 1.0 else values * values.dtype.type(share)

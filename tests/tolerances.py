@@ -128,3 +128,6 @@ IMAGE_AGAINST_CYCLES = 5e-3
 
 # A world with a picture of 32 x 16 beside Cycles': the edges of its bright patch, in pixels filtered by two filters.
 EDGES_OF_A_PICTURE = 0.02
+
+# Thousands of stratified directions of a smooth lamp or sky, each a shadow ray: the error falls nearly as their number.
+STRATIFIED_SKY = 0.01
