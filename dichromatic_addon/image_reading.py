@@ -8,6 +8,7 @@ linear in the working space and multiplied. Here all is done between linear valu
 from __future__ import annotations
 
 import hashlib
+import os
 from typing import Any
 
 import bpy
@@ -33,7 +34,8 @@ CHANNELS = ("colour", "mask", "alpha")
 """Three channels of colour, their luminance as a mask, or the alpha as one."""
 
 PICTURES = ("read", "kept", "none")
-"""How fresh pixels must be: read now; as read before, unless the image was painted on since; or plain white instead."""
+"""How fresh pixels must be: read now; as read before, unless the image was painted on, packed or saved since; or plain
+white instead."""
 
 _ENCODED = {"sRGB": "srgb", "Display P3": "display_p3"}  # colour spaces of 8-bit images with a transfer curve
 _LINEAR = {"Linear Rec.709": "srgb", "Linear Rec.2020": "rec2020"}
@@ -129,6 +131,7 @@ def texture_of(
         image.alpha_mode,
         image.filepath,
         image.source,
+        _stamp(image),
         working_to_rec709((1.0, 0.0, 0.0)),
     )
     digest = _digests.get(settings) if pictures == "kept" and not image.is_dirty else None
@@ -207,6 +210,17 @@ def from_working(colours: NDArray[np.float32]) -> NDArray[np.float32]:
 def _times(colours: NDArray[np.float32], matrix: NDArray[np.float32]) -> NDArray[np.float32]:
     is_identity = np.abs(matrix - np.eye(3)).max() < _DIGITS_OF_MATRICES  # the working space is Rec.709
     return colours if is_identity else colours @ matrix
+
+
+def _stamp(image: Any) -> tuple[int, ...]:
+    """What changes when an image is packed again, or its file is written again."""
+    if image.packed_file is not None:
+        return (image.packed_file.size,)
+    try:
+        found = os.stat(bpy.path.abspath(image.filepath)) if image.filepath else None
+    except OSError:
+        return ()
+    return () if found is None else (found.st_mtime_ns, found.st_size)
 
 
 def _is_data(image: Any) -> bool:

@@ -113,7 +113,7 @@ def draw_approximations(layout: Any, material: Any, width: int) -> None:
     if body is None:
         return
     try:
-        notes = read_material(material).notes
+        notes = read_material(material, pictures="none").notes
     except core.DichromaticError as error:
         draw_wrapped(body, str(error), "ERROR", width)
         return

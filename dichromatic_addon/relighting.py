@@ -217,7 +217,7 @@ def _compare_materials(name: str, then: Any, now: Any, differences: list[str]) -
         ):
             differences.append(f"{part.name.replace('_', ' ')} of material '{name}' was changed")
     for part_then, part_now in zip(then.textures, now.textures, strict=True):
-        if part_then is not None and replace(part_then, spectra=part_now.spectra) != part_now:
+        if part_then is not None and not part_then.mixes_like(part_now):
             differences.append(f"the image of material '{name}', or how it is mixed, was changed")
     if "body" in now.component_names and now.energy_conserving:
         strongest = [float(material.reflectances[0].values.max()) for material in (then, now)]

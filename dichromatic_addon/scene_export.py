@@ -93,6 +93,7 @@ class _Walk:
     material_index: dict[str | None, int] = field(default_factory=dict)
     invisible: set[int] = field(default_factory=set)  # materials that show nothing
     coordinates: list[Coordinates | None] = field(default_factory=list)
+    pictures: str = "read"  # how fresh the pixels of images must be
     emissions: list[Any] = field(default_factory=list)  # of each material, or None
     emission_groups: dict[int, set[str]] = field(default_factory=dict)  # light groups of objects that emit
     arrays: dict[int, MeshArrays | None] = field(default_factory=dict)
@@ -132,6 +133,7 @@ def export_scene(
     scene = depsgraph.scene_eval  # animation reaches the evaluated copy alone
     view_layer = depsgraph.view_layer
     walk = _Walk(depsgraph.view_layer_eval, depsgraph.view_layer_eval.material_override)
+    walk.pictures = "read" if view is None else "kept"  # a view answers at once; it hears of images that change
     core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
     for instance in depsgraph.object_instances:
         stop_if_cancelled()
@@ -347,7 +349,7 @@ def _material(walk: _Walk, material: Any) -> int:
     material = walk.override or material
     key = None if material is None else material.name_full
     if key not in walk.material_index:
-        reading = read_material(material)
+        reading = read_material(material, walk.pictures)
         walk.notes.extend(reading.notes)
         walk.material_index[key] = len(walk.materials)
         if reading.is_invisible:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ._core import core
 from .camera_reading import Region, view_camera
+from .image_reading import forget
 from .scene_export import ExportedScene, export_scene
 
 __all__ = ["Pass", "ProgressivePicture", "View", "ViewSession", "passes_of"]
@@ -232,6 +233,8 @@ class ViewSession:
         What is known of the triangles is kept while they are the same, and the picture while nothing but spectra,
         strengths, the observer or the white differs.
         """
+        if depsgraph.id_type_updated("IMAGE"):
+            forget()
         try:
             view = core.Camera(np.eye(4), (-1.0, 1.0, -1.0, 1.0)), Region(1, 1, 0, 0, 1, 1)  # replaced at each redraw
             exported = export_scene(depsgraph, view=view)

@@ -13,6 +13,7 @@ from .reflection.material import Material
 from .reflection.mean_reflectance import MeanReflectance
 from .scene import RenderSettings, Scene
 from .spectra import Spectrum
+from .textured_reflectance import TexturedReflectance
 
 __all__ = ["differ_in_spectra_only"]
 
@@ -114,6 +115,9 @@ def _same_lobes(one: Material, other: Material) -> bool:
                 return False
         elif isinstance(values[0], Spectrum) and isinstance(values[1], Spectrum):
             continue
+        elif isinstance(values[0], TexturedReflectance) and isinstance(values[1], TexturedReflectance):
+            if not values[0].mixes_like(values[1]):
+                return False
         elif field.name == "interface_reflectance" and all(isinstance(value, float | int) for value in values):
             continue  # of Type I: a constant spectrum
         elif not _equal(*values):

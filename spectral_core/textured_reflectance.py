@@ -100,6 +100,34 @@ class TexturedReflectance:
     def __hash__(self) -> int:
         return hash(self._key)
 
+    def mixes_like(self, other: TexturedReflectance) -> bool:
+        """Tell whether another differs in nothing but its spectra, so that what was traced for one serves the other.
+
+        Parameters
+        ----------
+        other : TexturedReflectance
+            The other.
+
+        Returns
+        -------
+        bool
+            Whether the amounts of the spectra are the same at every point.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
+        return (
+            self.part_names == other.part_names
+            and self.textures == other.textures
+            and all(np.array_equal(*pair) for pair in zip(self.amounts, other.amounts, strict=True))
+            and np.array_equal(self.base, other.base)
+        )
+
     @property
     def brightest(self) -> Spectrum:
         """A reflectance that no point of the surface exceeds at any wavelength; as small as its bounds allow."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -15,6 +16,7 @@ from dichromatic_addon.nodes.converting import convert
 from dichromatic_addon.nodes.editing import set_surface_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
 from dichromatic_addon.scene_export import export_scene
+from dichromatic_addon.viewport import View, ViewSession
 from tests.addon.building import add_light, add_plane, combined, look_down, small_picture
 from tests.tolerances import FLOAT32_ROUNDING, IMAGE_AGAINST_CYCLES, REC709_ROUND_TRIP
 
@@ -674,6 +676,42 @@ def test_a_kept_render_is_relit_and_says_that_its_image_was_changed(scene, card)
     bpy.context.view_layer.update()
     live_relight.run_pending()
     assert "became another kind of material: render again" in last_render.kept_render(scene).problem
+
+
+@pytest.mark.parametrize("is_packed", [False, True])
+def test_a_view_is_recoloured_under_another_lamp_and_starts_anew_when_its_image_changes(scene, card, is_packed):
+    image = new_image(is_float=False)
+    image.pack()
+    mix = card[1].id_data.nodes.new(SPECTRUM_MIX_NODE)  # a reflectance that is made anew at each reading
+    card[1].id_data.links.new(mix.outputs[0], card[1].inputs["Body Reflectance"])
+    link_image(mix, "A", image)
+    view = View.of(
+        SimpleNamespace(width=16, height=16),
+        SimpleNamespace(
+            view_matrix=scene.camera.matrix_world.inverted(),
+            window_matrix=scene.camera.calc_matrix_camera(bpy.context.evaluated_depsgraph_get(), x=16, y=16),
+        ),
+        "AUTO",
+    )
+    session = ViewSession()
+
+    def shown():
+        bpy.context.view_layer.update()
+        session.update(bpy.context.evaluated_depsgraph_get())
+        session.advance(view, seconds=1e-9)
+        assert session.problem == ""
+        return session._picture
+
+    first = shown()
+    before = first.pixels.copy()
+    next(item for item in scene.objects if item.type == "LIGHT").data.energy *= 2.0
+    assert shown() is first
+    assert first.pixels.max() > 1.5 * before[..., :3].max()
+    image.pixels.foreach_set(np.full(WIDTH * HEIGHT * 4, 0.5, np.float32))
+    image.update()
+    if is_packed:
+        image.pack()
+    assert shown() is not first
 
 
 def test_nothing_is_read_where_only_the_nodes_matter(card, tmp_path):

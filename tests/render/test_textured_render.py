@@ -10,6 +10,7 @@ from spectral_core.library import illuminant, optical_constants, reflectance
 from spectral_core.lights import PointLight, SunLight
 from spectral_core.plan import make_plan
 from spectral_core.probe import probe_pixel
+from spectral_core.recolouring import differ_in_spectra_only
 from spectral_core.reflection.energy import energy_warnings
 from spectral_core.reflection.materials import TypeI, TypeII, TypeIII
 from spectral_core.render_file import open_render, save_render
@@ -141,6 +142,24 @@ def test_an_ink_of_a_picture_can_be_exchanged():
     printed = uplift_texture(PICTURE)
     fresh = gallery(replace(printed, spectra=(gold, *printed.spectra[1:])), mirror=0.0)
     np.testing.assert_allclose(relit.tristimulus(), render(fresh, SETTINGS).tristimulus(), rtol=FLOAT64_ROUNDING * 100)
+
+
+def test_only_another_ink_leaves_what_was_traced_as_it_is():
+    def scene(**changes):
+        made = gallery()
+        cloth = made.materials[2]
+        interface = replace(cloth.interface_reflectance, **changes)
+        return replace(made, materials=[*made.materials[:2], replace(cloth, interface_reflectance=interface)])
+
+    again = mixture(SHEEN, reflectance("blue"), MASK)  # equal, but of arrays of its own
+    for changes, is_same in (
+        ({"amounts": again.amounts, "base": again.base}, True),
+        ({"spectra": (SHEEN, reflectance("green"))}, True),
+        ({"amounts": (0.5 * again.amounts[0],)}, False),
+        ({"base": np.array([0.5, 0.0])}, False),
+        ({"textures": (replace(MASK, extension="repeat"),)}, False),
+    ):
+        assert differ_in_spectra_only(gallery(), scene(**changes), SETTINGS, SETTINGS) is is_same, changes
 
 
 def test_exchanging_the_whole_of_a_picture_says_what_there_is_instead():
