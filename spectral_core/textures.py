@@ -25,6 +25,7 @@ INTERPOLATIONS = ("linear", "closest")
 
 LARGEST_TRANSFORM = 1.0e6
 LARGEST_PIXEL = 1.0e6
+_FARTHEST = 1.0e300
 _ROWS_AT_ONCE = 1 << 14  # points that are read at once: the intermediates stay in the cache
 
 
@@ -130,6 +131,8 @@ class ImageTexture:
         dtype = np.float32 if given.dtype == np.float32 else np.float64
         coordinates = require_finite("uv", given)
         require_shape("uv", coordinates, (None, 2))
+        if dtype is np.float64:
+            coordinates = np.clip(coordinates, -_FARTHEST, _FARTHEST)  # that the transform may multiply
         out: NDArray[np.floating[Any]] = np.empty((len(coordinates), self.pixels.shape[2]), dtype)
         for start in range(0, len(coordinates), _ROWS_AT_ONCE):
             part = slice(start, start + _ROWS_AT_ONCE)

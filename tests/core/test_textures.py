@@ -68,6 +68,21 @@ def test_extend_holds_the_edge_and_clip_shows_nothing():
     np.testing.assert_array_equal(ImageTexture(NOISE, "clip").sample(far), 0.0)
 
 
+@pytest.mark.parametrize("extension", EXTENSIONS)
+@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 9, 1), (4, 7, 3)])
+def test_extremes_of_coordinates_transforms_and_sizes_give_pixels_of_the_picture(extension, shape):
+    pixels = 0.25 + 0.5 * RNG.random(shape)
+    ends = [0.0, -0.0, 1.0, 1e-320, -1e-320, 0.5, np.nextafter(1.0, 0.0), -1e16, 3e38, 1.7e308, -1.7e308]
+    uv = np.array([(u, v) for u in ends for v in ends])
+    low = 0.0 if extension == "clip" else pixels.min()
+    for interpolation in INTERPOLATIONS:
+        for scale in (1.0, 1e6, 1e-300, 0.0):
+            texture = ImageTexture(pixels, extension, interpolation, [(scale, -scale, 1e6), (scale, scale, -1e6)])
+            values = texture.sample(uv)
+            assert values.min() >= low * (1 - FLOAT32_ROUNDING)
+            assert values.max() <= pixels.max() * (1 + FLOAT32_ROUNDING)
+
+
 def test_precision_follows_the_coordinates():
     texture = ImageTexture(NOISE)
     assert texture.sample(np.zeros((2, 2), np.float32)).dtype == np.float32

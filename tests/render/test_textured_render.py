@@ -7,7 +7,8 @@ import pytest
 
 from spectral_core.errors import InvalidParameterError
 from spectral_core.library import illuminant, optical_constants, reflectance
-from spectral_core.lights import PointLight, SunLight
+from spectral_core.light_groups import LIGHT_COMPONENTS, LightPart, split_light
+from spectral_core.lights import AreaLight, EnvironmentImage, PointLight, SunLight
 from spectral_core.plan import make_plan
 from spectral_core.probe import probe_pixel
 from spectral_core.recolouring import differ_in_spectra_only
@@ -92,6 +93,26 @@ def test_a_constant_picture_looks_like_its_uplifted_colour():
     flat = uplift_texture(ImageTexture(np.tile(colour, (2, 2, 1))))
     textured, plain = (render(gallery(body, 0.0), SETTINGS).tristimulus() for body in (flat, uplift(colour)))
     np.testing.assert_allclose(textured, plain, rtol=1e-10)
+
+
+def test_lamps_with_a_size_the_world_and_mirrors_take_a_picture_for_its_colour():
+    colour = np.array([0.7, 0.2, 0.05], np.float32)
+    flat = uplift_texture(ImageTexture(np.tile(colour, (2, 2, 1))))
+    sky = EnvironmentImage(RNG.random((4, 8, 3)))
+
+    def picture(body):
+        made = gallery()
+        lamp = AreaLight((1.0, -2.0, 3.0), (0.5, 0, 0), (0, 0.3, 0), 200.0, illuminant("FL11"), name="softbox")
+        floor = TypeI(body, 0.5, "cosine", 9.0, mirror=0.3, energy_conserving=True)
+        world = World(illuminant("D50"), 0.6, lights_surfaces=True, image=sky)
+        return replace(made, materials=[floor, *made.materials[1:]], lights=[lamp], world=world)
+
+    settings = replace(SETTINGS, samples=4, max_bounces=2)
+    textured, plain = (render(picture(body), settings) for body in (flat, uplift(colour)))
+    np.testing.assert_allclose(textured.tristimulus(), plain.tristimulus(), rtol=1e-9)
+    for part in LIGHT_COMPONENTS:
+        pictures = [split_light(made, [LightPart(part)])[0] for made in (textured, plain)]
+        np.testing.assert_allclose(*pictures, rtol=1e-9, atol=1e-12)
 
 
 def test_float32_reads_the_same_picture():
