@@ -130,6 +130,7 @@ def central_rays(scene: Any, width: int, height: int) -> tuple[np.ndarray, np.nd
 
 
 def test_the_shadow_pass_holds_the_part_of_the_light_that_arrives(table: Any, tmp_path: Path) -> None:
+    table.world.dichromatic.lights_surfaces = False  # lamps alone, whose shadows are total
     table.view_layers[0].use_pass_shadow = True
     bpy.data.objects["Spot"].hide_render = True
     shadow = rendered_passes(table, tmp_path / "shadow.exr")["Shadow"]
@@ -162,6 +163,7 @@ def test_a_holdout_is_a_hole_in_any_film(table: Any, tmp_path: Path) -> None:
 
 def test_a_shadow_catcher_is_the_shadow_alone(table: Any, tmp_path: Path) -> None:
     table.render.film_transparent = True
+    table.world.dichromatic.lights_surfaces = False
     bpy.data.objects["Floor"].is_shadow_catcher = True
     bpy.data.objects["Sheet"].visible_camera = False
     bpy.data.objects["Spot"].hide_render = True
