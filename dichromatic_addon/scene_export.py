@@ -132,6 +132,7 @@ def export_scene(
     """
     scene = depsgraph.scene_eval  # animation reaches the evaluated copy alone
     view_layer = depsgraph.view_layer
+    world = depsgraph.view_layer_eval.world_override or scene.world
     walk = _Walk(depsgraph.view_layer_eval, depsgraph.view_layer_eval.material_override)
     walk.pictures = "read" if view is None else "kept"  # a view answers at once; it hears of images that change
     core_camera, region = view or _camera(depsgraph, camera or scene.camera, walk.notes)
@@ -141,7 +142,7 @@ def export_scene(
     _note_scene_features(scene, walk.notes)
     passes = PassRequest(
         passes_of_layer(view_layer),
-        _emitter_groups(scene, walk),
+        _emitter_groups(world, walk),
         np.array(walk.object_indices, np.int64),
         np.array(walk.material_indices, np.int64),
     )
@@ -162,7 +163,7 @@ def export_scene(
             materials=walk.materials,
             lights=_linked(walk),
             camera=core_camera,
-            world=_world(scene, walk.notes),
+            world=_world(world, scene, walk.notes),
             material_names=walk.material_names,
             name=scene.name,
             emissions=walk.emissions,
@@ -176,14 +177,14 @@ def export_scene(
     )
 
 
-def _emitter_groups(scene: Any, walk: _Walk) -> tuple[str, ...]:
+def _emitter_groups(world: Any, walk: _Walk) -> tuple[str, ...]:
     """Return the light group of each emitter of the core's scene, in its order: lights, world, materials that emit."""
     surfaces = []
     for index, emission in enumerate(walk.emissions):
         if emission is not None:
             groups = walk.emission_groups.get(index, set())
             surfaces.append(next(iter(groups)) if len(groups) == 1 else "")
-    return (*walk.light_groups, "" if scene.world is None else scene.world.lightgroup, *surfaces)
+    return (*walk.light_groups, "" if world is None else world.lightgroup, *surfaces)
 
 
 def _linked(walk: _Walk) -> list[Any]:
@@ -364,10 +365,10 @@ def _material(walk: _Walk, material: Any) -> int:
     return walk.material_index[key]
 
 
-def _world(scene: Any, notes: list[str]) -> Any:
+def _world(world: Any, scene: Any, notes: list[str]) -> Any:
     """Return the world; behind a transparent film it lights surfaces and is not seen."""
-    world = read_world(scene.world, notes)
-    return replace(world, camera_visible=False) if scene.render.film_transparent else world
+    made = read_world(world, notes)
+    return replace(made, camera_visible=False) if scene.render.film_transparent else made
 
 
 def _note_scene_features(scene: Any, notes: list[str]) -> None:

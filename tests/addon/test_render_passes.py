@@ -179,6 +179,59 @@ def test_a_shadow_catcher_is_the_shadow_alone(table: Any, tmp_path: Path) -> Non
     assert (caught[12:, :, 3] == 0.0)[floor].mean() > 0.95  # but for pixels on the shadow's edge
 
 
+def test_glowing_surfaces_have_their_pass_and_their_group(table: Any, tmp_path: Path) -> None:
+    layer = all_light_passes(table)
+    glow = bpy.data.materials.new("Glow")
+    if glow.node_tree is None:
+        glow.use_nodes = True
+    tree = glow.node_tree
+    tree.nodes.clear()
+    emission = tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = 3.0
+    tree.links.new(emission.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    lamp = add_plane(table, glow, size=0.8, height=1.5, name="Lamp")
+    lamp.lightgroup = "Glow"
+    layer.lightgroups.add(name="Glow")
+    found = rendered_passes(table, tmp_path / "glow.exr")
+    whole = found["Combined"][..., :3]
+    parts = [found[name] for name in ("Body", "Interface", compat.EMISSION_PASS, compat.ENVIRONMENT_PASS)]
+    np.testing.assert_allclose(sum(parts), whole, atol=4 * FLOAT32_ROUNDING * whole.max())
+    seen = found[compat.EMISSION_PASS]
+    assert seen.max() == pytest.approx(3.0, rel=2e-3)
+    assert (seen.max(axis=-1) > 0.0).mean() < 0.2
+    # The group holds what is seen of the lamp and what it lights: the floor as well.
+    group = found["Combined_Glow"]
+    assert (group >= seen * (1.0 - 10 * FLOAT32_ROUNDING)).all()
+    assert 0.0 < group[-1].max() < 1.0
+
+
+def test_a_view_layer_overrides_the_world(table: Any) -> None:
+    second = table.view_layers.new("Second")
+    dark = bpy.data.worlds.new("Dark")
+    if dark.node_tree is None:
+        dark.use_nodes = True
+    dark.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+    dark.lightgroup = "Night"
+    second.world_override = dark
+    first, other = (finished.exported for finished in render_layers(table))
+    assert first.scene.world.strength > 0.0 == other.scene.world.strength
+    assert (first.passes.emitter_groups[-1], other.passes.emitter_groups[-1]) == ("", "Night")
+
+
+def test_stereo_shows_the_same_picture_in_both_views_and_says_so(table: Any, tmp_path: Path) -> None:
+    single_layer(table)
+    table.render.use_multiview = True
+    table.render.image_settings.views_format = "INDIVIDUAL"
+    table.render.filepath = str(tmp_path / "eye.exr")
+    bpy.ops.render.render(write_still=True)
+    openimageio = pytest.importorskip("OpenImageIO")
+    left, right = (openimageio.ImageBuf(str(tmp_path / name)).get_pixels() for name in ("eye_L.exr", "eye_R.exr"))
+    assert left.shape == (24, 40, 4)
+    assert left[-1].max() > 0.05
+    assert np.array_equal(left, right)
+    assert "stereo is not rendered" in " ".join(render_layers(table)[0].exported.notes)
+
+
 def test_light_groups_and_the_rest_add_up_to_combined(table: Any, tmp_path: Path) -> None:
     layer = table.view_layers[0]
     for name in ("Key", "Sky", "Empty"):
