@@ -1,7 +1,7 @@
 """How the cost of visibility grows: ``python -m tests.benchmarks.growth [--plot growth.png]``.
 
 One table each for pixels, lights, samples and triangles; one thread, medians of three, of processor time. A picture is
-what one sample of every pixel costs: primary hits and the shadows of the lights, from projection to verdicts. Slopes
+what one sample of every pixel costs: primary hits and the shadows of the lights, from closed parts to verdicts. Slopes
 are those of log time over log size between the neighbouring rows: 1 is linear. With ``--plot``, a figure (matplotlib).
 """
 
@@ -14,7 +14,7 @@ import sys
 
 import numpy as np
 
-from spectral_core.tracing import Geometry, LightView, Mesh, PrimaryView, offset_origins
+from spectral_core.tracing import Acceleration, Geometry, Mesh, offset_origins
 from tests.benchmarks.scenes import looking, placed, scene, sheet, smoothed
 from tests.benchmarks.tracing import median_seconds, peak_megabytes
 from tests.render.tracing_meshes import icosphere
@@ -22,18 +22,22 @@ from tests.render.tracing_meshes import icosphere
 
 def picture(geometry, camera, lights, width, height, offsets=((0.5, 0.5),)):
     """See and light every pixel, in bands of rows of about a million pixels."""
-    views = [LightView(geometry, position=light) for light in geometry.recentred(lights)]
+    acceleration = Acceleration(geometry)
+    places = geometry.recentred(lights)
     step = max(2**20 // width, 1)
     for offset in offsets:
-        view = PrimaryView(geometry, camera, width, height, offset)
+        view = acceleration.primary_view(camera, width, height, offset)
         for row in range(0, height, step):
             hits = view.hits((row, min(row + step, height)))
             seen = np.flatnonzero(hits.hit)
             own, u, v = hits.triangle[seen], hits.u[seen], hits.v[seen]
             points, flat = geometry.points(own, u, v), geometry.geometric_normals[own]
-            for light, lit_from in zip(views, geometry.recentred(lights), strict=True):
-                lifted = offset_origins(points, flat, lit_from - points, geometry.radius)
-                light.occluded(lifted, own)
+            towards_eye = geometry.recentred(camera.position) - points
+            for place in places:
+                away = place - points
+                lit_side = np.einsum("ij,ij->i", flat, away) * np.einsum("ij,ij->i", flat, towards_eye) > 0.0
+                lifted = offset_origins(points, flat, away, geometry.radius)[lit_side]
+                acceleration.light_view(place, camera=camera, keep=True).occluded(lifted, own[lit_side])
 
 
 def balls(triangles):

@@ -1,6 +1,8 @@
-"""The three scenes of the tracing benchmark: cups (20k triangles), terrain (125k) and spheres (983k)."""
+"""The scenes of the tracing benchmark: cups (22k triangles), terrain (125k), spheres (983k), and the sample blends."""
 
-from dataclasses import dataclass
+import importlib.util
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -8,6 +10,12 @@ from spectral_core.tracing import Camera, Geometry, Instance, Mesh
 from tests.render.tracing_meshes import icosphere
 
 SCENES = ("cups", "terrain", "spheres")
+BLENDS = Path(__file__).parents[2] / "sample_blends"
+
+
+def sample_blends():
+    """Names of the sample blends, if there is a Blender to read them with."""
+    return sorted(path.name for path in BLENDS.glob("*.blend")) if importlib.util.find_spec("bpy") else []
 
 
 @dataclass(frozen=True)
@@ -16,6 +24,7 @@ class BenchmarkScene:
     geometry: Geometry
     camera: Camera
     lights: np.ndarray  # (L, 3), world
+    suns: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))  # (S, 3), towards them
 
 
 def looking(eye, target, fov_degrees=40.0, aspect=16 / 9):
@@ -84,7 +93,9 @@ def placed(mesh, angle=0.0, scale=1.0, position=(0.0, 0.0, 0.0)):
 
 
 def scene(name, dtype=np.float32):
-    """One of SCENES."""
+    """One of SCENES, or a sample blend."""
+    if name.endswith(".blend"):
+        return blend(name, dtype)
     if name == "cups":
         one = cup()
         ground = Mesh(*sheet(8, 8.0))
@@ -111,3 +122,24 @@ def scene(name, dtype=np.float32):
         instances.append(placed(Mesh(*sheet(8, 12.0))))
         camera, lights = looking((2.0, -10.0, 5.5), (0.0, 0.0, 0.8)), [(6, -6, 9), (-8, -2, 7), (0, 8, 9)]
     return BenchmarkScene(name, Geometry.from_instances(instances, dtype), camera, np.array(lights, float))
+
+
+def blend(name, dtype):
+    """A sample blend as the renderer gets it; lamps with a size are taken at their middle."""
+    import bpy
+
+    import dichromatic_addon
+    from dichromatic_addon.scene_export import export_scene
+
+    dichromatic_addon.register()
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(BLENDS / name))
+        exported = export_scene(bpy.context.evaluated_depsgraph_get()).scene
+    finally:
+        dichromatic_addon.unregister()
+    places = [light.position for light in exported.lights if hasattr(light, "position")]
+    suns = [light.to_light for light in exported.lights if not hasattr(light, "position")]
+    geometry = Geometry.from_instances(exported.instances, dtype)
+    return BenchmarkScene(
+        name, geometry, exported.camera, np.reshape(places, (-1, 3)), np.reshape(suns, (-1, 3)).astype(float)
+    )
