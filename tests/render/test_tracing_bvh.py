@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from spectral_core.errors import RenderCancelledError
 from spectral_core.tracing import Acceleration, Bvh, Geometry, Instance, Mesh, intersect, offset_origins
 from spectral_core.tracing.clusters import cluster
+from spectral_core.tracing.instancing import instanced_tree
 from spectral_core.tracing.sah import binary_tree, half_area
 from tests.render.tracing_meshes import brute_force, geometry_of, icosphere, random_directions, slenderness, soup
 from tests.tolerances import TIED_DISTANCE
@@ -257,6 +258,47 @@ def test_clustered_tree_finds_the_same_hits(monkeypatch):
     np.testing.assert_array_equal(np.sort(held), np.arange(geometry.triangle_count))
 
 
+def crowd(rng):
+    """Many copies of two meshes, moved, turned, mirrored and bent, and one mesh of its own."""
+    meshes = [Mesh(*icosphere(2)), Mesh(*soup(rng, 90))]
+    bent = Mesh(meshes[0].vertices * (1.0 + 0.2 * rng.random((len(meshes[0].vertices), 1))), meshes[0].triangles)
+    instances = [Instance(Mesh(*soup(rng, 40)))]
+    for number in range(20):
+        matrix = np.eye(4)
+        matrix[:3, :3] = 0.3 * rng.normal(size=(3, 3))
+        matrix[:3, 3] = rng.normal(size=3)
+        instances.append(Instance([*meshes, bent][number % 3], matrix))
+    return Geometry.from_instances(instances)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**31))
+def test_instances_that_share_a_tree_are_hit_alike(seed):
+    rng = np.random.default_rng(seed)
+    geometry = crowd(rng)
+    corners = geometry.corners
+    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    assert_tree_encloses(instanced_tree(geometry, lower, upper, 4), lower, upper, 4)
+    origins, directions = rng.normal(size=(3000, 3)).astype(np.float32), random_directions(rng, 3000).astype(np.float32)
+    plain = Bvh.build(geometry).closest(origins, directions)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("spectral_core.tracing.bvh._SHARED_FROM", 10)
+        shared = Bvh.build(geometry)
+    for name in ("triangle", "distance", "u", "v"):
+        np.testing.assert_array_equal(getattr(shared.closest(origins, directions), name), getattr(plain, name))
+    held = shared.leaf_triangles[shared.leaf_triangles >= 0]
+    np.testing.assert_array_equal(np.sort(held), np.arange(geometry.triangle_count))
+
+
+def test_trees_are_shared_only_where_meshes_repeat():
+    rng = np.random.default_rng(4)
+    different = Geometry.from_instances([Instance(Mesh(*soup(rng, 50 + k))) for k in range(6)])
+    cubes = Geometry.from_instances([Instance(Mesh(*soup(rng, 3))) for _ in range(9)])
+    for geometry in (different, cubes, geometry_of(*icosphere(3)), Geometry.from_instances([])):
+        corners = geometry.corners
+        assert instanced_tree(geometry, corners.min(axis=1), corners.max(axis=1), 4) is None
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**31), st.integers(1, 400), st.integers(1, 8))
 def test_clusters_are_small_and_large_boxes_stay_alone(seed, count, size):
@@ -278,8 +320,11 @@ def test_tree_encloses_its_items(seed, count, leaf_size, coincide):
     rng = np.random.default_rng(seed)
     lower = np.zeros((count, 3)) if coincide else rng.normal(size=(count, 3))
     upper = lower + 0.2 * rng.random((count, 3))
-    tree = binary_tree(lower, upper, leaf_size)
-    np.testing.assert_array_equal(np.sort(tree.order), np.arange(count))
+    assert_tree_encloses(binary_tree(lower, upper, leaf_size), lower, upper, leaf_size)
+
+
+def assert_tree_encloses(tree, lower, upper, leaf_size):
+    np.testing.assert_array_equal(np.sort(tree.order), np.arange(len(lower)))
     assert tree.count[tree.left < 0].max() <= leaf_size
     for node in range(len(tree.count)):
         items = tree.order[tree.first[node] : tree.first[node] + tree.count[node]]
