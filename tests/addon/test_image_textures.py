@@ -257,6 +257,28 @@ def uplifted_at(image, uv):
     return core.uplift_texture(picture).at(uv, np.arange(400.0, 701.0, 10.0))
 
 
+def test_an_image_in_a_user_group_is_placed_by_the_groups_inputs(scene, card, tmp_path):
+    node = card[1]
+    group = bpy.data.node_groups.new("Print", "ShaderNodeTree")
+    group.interface.new_socket("Shift", in_out="INPUT", socket_type="NodeSocketVector")
+    group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    inside, outside = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    texture, mapping = group.nodes.new("ShaderNodeTexImage"), group.nodes.new("ShaderNodeMapping")
+    texture.image = new_image()
+    uv = group.nodes.new("ShaderNodeUVMap")
+    uv.uv_map = "Other"
+    group.links.new(uv.outputs[0], mapping.inputs["Vector"])
+    group.links.new(inside.outputs["Shift"], mapping.inputs["Location"])
+    group.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    group.links.new(texture.outputs["Color"], outside.inputs["Color"])
+    placed = node.id_data.nodes.new("ShaderNodeGroup")
+    placed.node_tree = group
+    placed.inputs["Shift"].default_value = (0.3, 0.1, 0.0)
+    node.id_data.links.new(placed.outputs["Color"], node.inputs["Body Reflectance"])
+    assert_like_cycles(scene, tmp_path)
+    assert link_problems(node) == []
+
+
 def test_cloth_takes_two_images(card):
     material = card[0].active_material
     node = set_surface_node(material, CLOTH_NODE)
