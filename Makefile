@@ -72,14 +72,20 @@ tables:  ## the tables in the pages of docs/: errors of the wavelength grids, er
 	@$(SETUP) test figures
 	$(BIN)/python -m tools.document_tables --timed
 
-bench:  ## rays a second beside Embree, the cost of colour, relighting, growth, estimates (20 min)
-	@$(SETUP) bench
-	$(BIN)/python -m tests.benchmarks.tracing
-	$(BIN)/python -m tests.benchmarks.colour_cost
-	$(BIN)/python -m tests.benchmarks.relight
-	$(BIN)/python -m tests.benchmarks.growth
-	$(BIN)/python -m tests.benchmarks.sampling
-	$(BIN)/python -m tests.benchmarks.estimate_accuracy
+# Sampling and estimates take longest; BENCHMARKS="cycles mitsuba" runs some alone.
+BENCHMARKS ?= tracing growth colour_cost relight sampling estimate_accuracy cancel cycles mitsuba
+PLOTS := artifacts/bench
+
+bench: SHELL := bash
+bench: .SHELLFLAGS := -o pipefail -c
+bench:  ## rays beside Embree, renders beside Cycles and Mitsuba, colour, growth, estimates (40 min; BENCHMARKS=)
+	@$(SETUP) bench figures
+	@$(SETUP) peers || echo "  Mitsuba cannot be installed here: what compares with it is left out"
+	@mkdir -p $(PLOTS)
+	@for name in $(BENCHMARKS); do \
+	  plot=; case $$name in growth | sampling | mitsuba) plot="--plot $(PLOTS)/$$name.png" ;; esac; \
+	  printf '\n== %s ==\n' $$name; $(BIN)/python -m tests.benchmarks.$$name $$plot || exit 1; \
+	done | tee $(PLOTS)/tables.txt
 
 docs:  ## build the documents as a site in site/, and check its links
 	@$(SETUP) docs

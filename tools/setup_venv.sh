@@ -6,7 +6,7 @@
 #   VENV     folder, such as .venv
 #   SERIES   4.2, 4.5, 5.0 or 5.2: the Blender series of the bpy module;
 #            lts: 4.5 with Python 3.11, else 5.2 with Python 3.13; newest: 5.2 where Python 3.13 is found, else 5.0
-#   LAYER    names of further files in requirements/: test, lint, figures, bench
+#   LAYER    names of further files in requirements/: test, lint, figures, bench, peers
 #
 # Each step leaves a stamp with a digest of what it was made from, so nothing is done twice, a changed requirement is
 # installed again, and an environment that was cut off half-way is finished or made anew.

@@ -51,10 +51,10 @@ BALLS = {
 EYE, TARGET, HALF_WIDTH = (0.0, -7.5, 3.6), (0.0, 0.3, 0.5), 0.36
 LAMP, SUN = ("FL11", (3.0, -4.0, 5.0), 700.0), ("D65", (-0.5, -0.6, 1.2), 1.2)
 
-OUR_SAMPLES, OUR_CONVERGED = (1, 2, 4), 256
+OUR_SAMPLES, OUR_CONVERGED = (1, 2, 4), 64
 SAMPLER, THEIR_SAMPLES = "orthogonal", (4, 9, 25, 49, 121)  # squares of primes, as the sampler wants them
 THEIR_PASSES = (1, 2, 4)  # of the largest number
-REFERENCE_PASSES = 24
+REFERENCE_PASSES = 16
 WIDTHS = {"llvm_ad_spectral": 640, "scalar_spectral": 160}  # of the picture, by variant; the fastest first
 CIE_Y = 106.7502593994140625  # Mitsuba's own integral of its y function, by which it divides
 
