@@ -196,6 +196,11 @@ def _band_samples(settings: Any) -> int:
     return max(_LEAST_BAND_SAMPLES, min(share, _RAYS_A_BAND // settings.samples))
 
 
+def _is_watched() -> bool:
+    """Whether there is a window in which the picture can be seen growing."""
+    return not bpy.app.background
+
+
 def _alpha(render: Any, exported: ExportedScene) -> NDArray[np.float32] | None:
     """Return the opacity of each pixel; None where all are opaque. Holdouts are holes in any picture."""
     if exported.is_transparent:
@@ -239,7 +244,7 @@ class _LayerJob:
             stop_if_cancelled=self._stop_if_cancelled,
         )
         executor = None if self._listener is None else self._listener.executor
-        is_watched = not bpy.app.background
+        is_watched = _is_watched()
         if is_watched and is_worth_it(settings):
             self._progress(0.0, "a first look")
             self._put(0, {"Combined": first_look(exported, settings, acceleration, self._is_cancelled)})

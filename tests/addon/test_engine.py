@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 import pytest
 
+from dichromatic_addon import engine as engine_module
 from dichromatic_addon._core import core
 from dichromatic_addon.engine import DichromaticRenderEngine, _LayerJob
 from dichromatic_addon.first_look import first_look, is_worth_it
@@ -151,6 +152,8 @@ class Recorder:
         self.depth: np.ndarray | None = None
         self.tiles: list[tuple[int, int, int, int]] = []
         self.open = False
+        self.messages: list[str] = []
+        self.fractions: list[float] = []
 
     def begin_result(self, x: int, y: int, width: int, height: int, layer: str) -> Any:
         assert not self.open
@@ -169,6 +172,18 @@ class Recorder:
     @property
     def passes(self) -> Any:
         return [self]
+
+    def test_break(self) -> bool:
+        return False
+
+    def update_stats(self, layer: str, message: str) -> None:
+        self.messages.append(message)
+
+    def update_progress(self, fraction: float) -> None:
+        self.fractions.append(fraction)
+
+    def report(self, kind: set[str], message: str) -> None:
+        self.messages.append(message)
 
     name = "Combined"
 
@@ -197,6 +212,27 @@ def test_bands_build_up_the_picture_from_the_top(studio: Any) -> None:
     assert [tile[1] for tile in recorder.tiles] == [41, 34, 27, 20, 13, 6, 0]
     reference = exported.colour.rgba(whole.tristimulus(), None)
     np.testing.assert_allclose(recorder.pixels[::-1], reference, atol=FLOAT32_ROUNDING * reference.max())
+
+
+def test_a_watched_render_shows_a_first_look_then_its_parts_then_the_whole(
+    studio: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    studio.render.resolution_x, studio.render.resolution_y = 1024, 96
+    studio.dichromatic.samples = 2
+    monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
+    monkeypatch.setattr(engine_module, "is_worth_it", lambda settings: True)
+    recorder = Recorder(1024, 96)
+    finished = _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
+    first, *parts, whole = recorder.tiles
+    assert first == whole == (0, 0, 1024, 96)
+    assert len(parts) > 1
+    assert all(height < 96 for _, _, _, height in parts)
+    reference = finished.exported.colour.rgba(finished.render.tristimulus(), None)
+    np.testing.assert_array_equal(recorder.pixels[::-1], reference)
+    assert recorder.messages.index("a first look") < next(i for i, m in enumerate(recorder.messages) if "rows" in m)
+    assert any("remaining" in message for message in recorder.messages)
+    assert recorder.fractions == sorted(recorder.fractions)
+    assert recorder.fractions[-1] == 1.0
 
 
 def test_the_first_look_is_the_picture_in_coarse(studio: Any) -> None:

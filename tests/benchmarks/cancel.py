@@ -6,6 +6,7 @@ sorting of triangles, and the picture. Printed is the wall-clock time from then 
 """
 
 import argparse
+import os
 import sys
 import time
 
@@ -27,9 +28,7 @@ class StoppedEngine:
 
     def __init__(self, delay: float) -> None:
         self._end = time.perf_counter() + delay
-        self.seen = 0.0
         self.message = ""
-        self.bands = 0
 
     def test_break(self) -> bool:
         return time.perf_counter() >= self._end
@@ -48,7 +47,6 @@ class StoppedEngine:
         pass
 
     def begin_result(self, *arguments: object, **keywords: object) -> "StoppedEngine":
-        self.bands += 1
         return self
 
     def end_result(self, result: object) -> None:
@@ -96,14 +94,14 @@ def large_scene(triangles: int, mirror: float) -> None:
     scene.camera = bpy.context.object
 
 
-def measure(delay: float) -> tuple[float, str, int]:
-    """Seconds from the wish to end until the end, what was being done, and how often the picture was shown."""
+def measure(delay: float) -> tuple[float, str]:
+    """Seconds from the wish to end until the end, and what was being done."""
     engine = StoppedEngine(delay)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     try:
         _LayerJob(engine, None).run(depsgraph)
     except core.RenderCancelledError:
-        return engine.overdue, engine.message, engine.bands
+        return engine.overdue, engine.message
     raise SystemExit(f"the render ended by itself in less than {delay} s")
 
 
@@ -115,13 +113,14 @@ def main() -> None:
     dichromatic_addon.register()
     try:
         large_scene(options.triangles, options.mirror)
-        print(f"{'ESC after':>9}  {'ended in':>8}  bands  during")
+        print(f"{'ESC after':>9}  {'ended in':>8}  during")
         worst = 0.0
         for delay in DELAYS:
-            latency, message, bands = measure(delay)
+            latency, message = measure(delay)
             worst = max(worst, latency)
-            print(f"{delay:7.2f} s  {latency:6.3f} s  {bands:5d}  {message}", flush=True)
-        print(f"longest: {worst:.3f} s")
+            print(f"{delay:7.2f} s  {latency:6.3f} s  {message}", flush=True)
+        load = f", with a load of {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
+        print(f"longest: {worst:.3f} s on {os.cpu_count()} processors{load}")
     finally:
         dichromatic_addon.unregister()
 
