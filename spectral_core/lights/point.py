@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from ..spectra import Spectrum
 from ..validation import require_in_range
-from .base import Floats, Illumination, LampPoint, Vector, ball_point, check_light, normalise, require_vector
-from .sphere import aim_of_sphere, sphere_irradiance
+from .base import Floats, Illumination, LampPoint, Vector, check_light, require_vector
+from .sphere import sphere_illumination, sphere_point
 
 __all__ = ["PointLight"]
 
@@ -84,9 +84,7 @@ class PointLight:
         ----------
         See :func:`~spectral_core.lights.base.ball_point`.
         """
-        if not self.is_extended:
-            return LampPoint(self.position)
-        return LampPoint(self.position + self.radius * ball_point(unit_square, aim_of_sphere(self.position, aim)))
+        return sphere_point(self, unit_square, aim)
 
     def illuminate(self, points: Floats, centre: Vector, at: LampPoint | None = None) -> Illumination:
         """Direction, distance and irradiance of one watt at N points.
@@ -115,9 +113,4 @@ class PointLight:
         Inverse square law; the unit is that of Blender's point light. For spheres see
         :func:`~spectral_core.lights.sphere.sphere_irradiance`.
         """
-        position = self.position if at is None or at.position is None else at.position
-        distance, to_light = normalise((position - centre).astype(points.dtype) - points)
-        middle = (self.position - centre).astype(points.dtype) if self.is_extended else None
-        return Illumination(
-            to_light, distance, sphere_irradiance(points, distance, middle, self.radius, self.soft_falloff)
-        )
+        return sphere_illumination(self, points, centre, at)

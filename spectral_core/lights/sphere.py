@@ -3,26 +3,47 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 
-from .base import Floats, Vector, inverse_square
+from .base import Floats, Illumination, LampPoint, Vector, ball_point, inverse_square, normalise
 
-__all__ = ["aim_of_sphere", "sphere_irradiance"]
+__all__ = ["SphericalLamp", "sphere_illumination", "sphere_irradiance", "sphere_point"]
 
 
-def aim_of_sphere(position: Vector, aim: Vector) -> Vector:
-    """Direction along which the points of a spherical lamp are spread best.
+class SphericalLamp(Protocol):
+    """A lamp that radiates from a sphere, or from a point where its radius is 0."""
+
+    @property
+    def position(self) -> Vector:
+        """World position of its centre (m), (3,)."""
+
+    @property
+    def radius(self) -> float:
+        """Radius (m)."""
+
+    @property
+    def soft_falloff(self) -> bool:
+        """Whether it is a disk that turns to each point instead."""
+
+
+def sphere_point(lamp: SphericalLamp, unit_square: Vector, aim: Vector) -> LampPoint:
+    """Choose a point of a spherical lamp.
 
     Parameters
     ----------
-    position, aim : ndarray of float64, shape (3,)
-        The lamp's centre, and the middle of the scene.
+    lamp : SphericalLamp
+        The lamp.
+    unit_square : ndarray of float64, shape (3,)
+        Random numbers from 0 to 1; the first two spread the points over the disk that is seen from `aim`.
+    aim : ndarray of float64, shape (3,)
+        Middle of the scene, in the world.
 
     Returns
     -------
-    ndarray of float64, shape (3,)
-        Unit vector; upwards where the two are one.
+    LampPoint
+        Its position; the centre for a lamp without a size.
 
     Raises
     ------
@@ -30,11 +51,49 @@ def aim_of_sphere(position: Vector, aim: Vector) -> Vector:
 
     References
     ----------
-    Own design.
+    See :func:`~spectral_core.lights.base.ball_point`.
     """
-    offset = aim - position
+    if lamp.radius == 0.0:
+        return LampPoint(lamp.position)
+    offset = aim - lamp.position
     length = float(np.linalg.norm(offset))
-    return offset / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    axis = offset / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    return LampPoint(lamp.position + lamp.radius * ball_point(unit_square, axis))
+
+
+def sphere_illumination(lamp: SphericalLamp, points: Floats, centre: Vector, at: LampPoint | None) -> Illumination:
+    """Direction, distance and irradiance of one watt from a point of a spherical lamp.
+
+    Parameters
+    ----------
+    lamp : SphericalLamp
+        The lamp.
+    points : ndarray, shape (N, 3)
+        Points relative to `centre` (m), float32 or float64.
+    centre : ndarray, shape (3,)
+        Origin of `points` in the world, float64.
+    at : LampPoint or None
+        Point of the lamp; None for its centre.
+
+    Returns
+    -------
+    Illumination
+        In the dtype of `points`.
+
+    Raises
+    ------
+    ValueError
+        From numpy when the shapes do not fit.
+
+    References
+    ----------
+    Inverse square law; the unit is that of Blender's point light. For spheres see :func:`sphere_irradiance`.
+    """
+    position = lamp.position if at is None or at.position is None else at.position
+    distance, to_light = normalise((position - centre).astype(points.dtype) - points)
+    middle = (lamp.position - centre).astype(points.dtype) if lamp.radius > 0.0 else None
+    irradiance = sphere_irradiance(points, distance, middle, lamp.radius, lamp.soft_falloff)
+    return Illumination(to_light, distance, irradiance)
 
 
 def sphere_irradiance(

@@ -14,13 +14,11 @@ from .base import (
     Illumination,
     LampPoint,
     Vector,
-    ball_point,
     check_light,
-    normalise,
     require_unit_vector,
     require_vector,
 )
-from .sphere import aim_of_sphere, sphere_irradiance
+from .sphere import sphere_illumination, sphere_point
 
 __all__ = ["SpotLight"]
 
@@ -109,9 +107,7 @@ class SpotLight:
         ----------
         See :func:`~spectral_core.lights.base.ball_point`.
         """
-        if not self.is_extended:
-            return LampPoint(self.position)
-        return LampPoint(self.position + self.radius * ball_point(unit_square, aim_of_sphere(self.position, aim)))
+        return sphere_point(self, unit_square, aim)
 
     def illuminate(self, points: Floats, centre: Vector, at: LampPoint | None = None) -> Illumination:
         """Direction, distance and irradiance of one watt at N points.
@@ -139,9 +135,8 @@ class SpotLight:
         ----------
         The smoothstep edge over the cosine is that of Blender's spot light.
         """
-        position = self.position if at is None or at.position is None else at.position
-        distance, to_light = normalise((position - centre).astype(points.dtype) - points)
-        cosine = -(to_light @ self.direction.astype(points.dtype))
+        lit = sphere_illumination(self, points, centre, at)
+        cosine = -(lit.to_light @ self.direction.astype(points.dtype))
         edge = math.cos(0.5 * self.spot_size)
         width = (1.0 - edge) * self.blend
         if width > 0.0:
@@ -149,6 +144,4 @@ class SpotLight:
             falloff = ramp * ramp * (3.0 - 2.0 * ramp)
         else:
             falloff = (cosine >= edge).astype(points.dtype)
-        middle = (self.position - centre).astype(points.dtype) if self.is_extended else None
-        irradiance = sphere_irradiance(points, distance, middle, self.radius, self.soft_falloff)
-        return Illumination(to_light, distance, irradiance * falloff.astype(points.dtype))
+        return Illumination(lit.to_light, lit.distance, lit.irradiance * falloff.astype(points.dtype))
