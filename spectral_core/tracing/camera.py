@@ -188,7 +188,7 @@ class Camera:
         Returns
         -------
         origins, directions : (N, 3) ndarray of float64
-            In world coordinates; directions have unit length.
+            In world coordinates and Fortran order; directions have unit length.
 
         Raises
         ------
@@ -203,15 +203,23 @@ class Camera:
         px, py = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
         wx = left + px * ((right - left) / width)
         wy = top - py * ((top - bottom) / height)
-        depth = np.ones_like(wx)
         if self.kind == "perspective":
-            towards = np.stack([wx, wy, -depth], axis=-1)
-            origins = (towards * self.clip_start) @ self.matrix[:3, :3].T + self.position
-            directions = towards / np.linalg.norm(towards, axis=-1, keepdims=True) @ self.matrix[:3, :3].T
+            towards = self._turned(wx, wy, -1.0)
+            origins = towards * self.clip_start + self.position
+            directions = towards / np.sqrt(wx * wx + wy * wy + 1.0)[..., None]
         else:
-            origins = np.stack([wx, wy, -depth * self.clip_start], axis=-1) @ self.matrix[:3, :3].T + self.position
-            directions = np.broadcast_to(-self.matrix[:3, 2], origins.shape).copy()
+            origins = self._turned(wx, wy, -self.clip_start) + self.position
+            directions = np.broadcast_to(-self.matrix[:3, 2], origins.shape).copy(order="F")
         return origins, directions
+
+    def _turned(self, x: Floats, y: Floats, z: float) -> Floats:
+        """Vectors (N, 3) along the world's axes, of their components along the camera's."""
+        result = np.empty((3, *x.shape))
+        for column, (right, up, back) in zip(result, self.matrix[:3, :3], strict=True):
+            np.multiply(x, right, out=column)
+            column += y * up
+            column += z * back
+        return np.moveaxis(result, 0, -1)
 
     def reach(self, directions: Floats) -> Floats:
         """How far the camera sees along its rays, from the near plane where they start to the far one.

@@ -34,7 +34,7 @@ def take_rows(vectors: Array, index: NDArray[np.integer[Any]]) -> Array:
     Raises
     ------
     IndexError
-        By numpy, if a number is out of range.
+        If a number is out of range.
 
     References
     ----------
@@ -45,6 +45,8 @@ def take_rows(vectors: Array, index: NDArray[np.integer[Any]]) -> Array:
     if vectors.strides[0] == 0:  # one vector for all, as the direction of a sun
         return np.broadcast_to(vectors[0], (len(index), vectors.shape[1]))
     taken = np.empty((vectors.shape[1], len(index)), vectors.dtype)
+    if len(index) and (index.min() < 0 or index.max() >= len(vectors)):
+        raise IndexError(f"rows must be 0 to {len(vectors) - 1}, but one is not")
     for source, column in zip(vectors.T, taken, strict=True):
-        column[...] = source.take(index)
+        source.take(index, out=column, mode="clip")  # checked above: numpy would buffer its output to check
     return taken.T
