@@ -22,7 +22,8 @@ from .names import ENGINE_ID
 from .persistent import acceleration_for
 from .progress_bar import format_duration
 from .render_passes import PassRequest, pass_pixels, passes_of_layer
-from .scene_export import ExportedScene, export_scene
+from .scene_export import ExportedScene, export_camera, export_scene
+from .stereo import StereoEye, stereo_views
 from .viewport import View, ViewSession
 
 __all__ = [
@@ -217,6 +218,8 @@ class _LayerJob:
         self._listener = listener
         self._started = time.monotonic()
         self._layer = ""
+        self._view = ""
+        self._views_done, self._views = 0, 1
 
     def run(self, depsgraph: Any) -> FinishedLayer:
         self._progress(0.0, "reading the scene")
@@ -233,9 +236,6 @@ class _LayerJob:
             settings = self._listener.adjust(settings)
         settings = replace(settings, band_samples=_band_samples(settings))
 
-        def show(band: Any) -> None:
-            self._show(band, exported)
-
         self._progress(0.0, "gathering triangles")
         acceleration = acceleration_for(
             exported,
@@ -243,6 +243,26 @@ class _LayerJob:
             is_kept=depsgraph.scene.render.use_persistent_data and not self._engine.is_preview,
             stop_if_cancelled=self._stop_if_cancelled,
         )
+        views = () if self._engine.is_preview else stereo_views(depsgraph.scene)
+        if not views:
+            return self._render(exported, settings, acceleration)
+        self._views = len(views)
+        finished = []
+        for number, view in enumerate(views):
+            self._views_done, self._view = number, view
+            self._engine.active_view_set(view)
+            camera = self._engine.camera_override or depsgraph.scene.camera
+            eye = StereoEye(self._engine.camera_model_matrix(camera), self._engine.camera_shift_x(camera))
+            seen = replace(exported, scene=replace(exported.scene, camera=export_camera(depsgraph, camera, eye)))
+            finished.append(self._render(seen, settings, acceleration))
+        return finished[0]  # what the studies go on with is the first eye's
+
+    def _render(self, exported: ExportedScene, settings: Any, acceleration: Any) -> FinishedLayer:
+        """Render what one eye sees, and hand it to Blender."""
+
+        def show(band: Any) -> None:
+            self._show(band, exported)
+
         executor = None if self._listener is None else self._listener.executor
         is_watched = _is_watched()
         if is_watched and is_worth_it(settings):
@@ -271,6 +291,7 @@ class _LayerJob:
             raise core.RenderCancelledError("the render was cancelled")
 
     def _progress(self, fraction: float, message: str) -> None:
+        fraction = (self._views_done + fraction) / self._views
         if self._listener is not None and self._listener.progress is not None:
             self._listener.progress(fraction, message)
             return
@@ -290,7 +311,7 @@ class _LayerJob:
         # Everything is computed before begin_result: an exception between it and end_result ends Blender.
         height, width, _ = pixels["Combined"].shape
         flat = {name: np.ascontiguousarray(rows[::-1], np.float32).ravel() for name, rows in pixels.items()}
-        result = self._engine.begin_result(0, bottom, width, height, layer=self._layer)
+        result = self._engine.begin_result(0, bottom, width, height, layer=self._layer, view=self._view)
         try:
             for render_pass in result.layers[0].passes:
                 if render_pass.name in flat:

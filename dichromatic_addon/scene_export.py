@@ -23,9 +23,10 @@ from .nodes.reading import read_material
 from .picture import PictureColour, picture_colour
 from .properties import read_settings
 from .render_passes import PassRequest, passes_of_layer
+from .stereo import StereoEye, eye_window
 from .world_reading import read_world
 
-__all__ = ["ExportedScene", "export_scene"]
+__all__ = ["ExportedScene", "export_camera", "export_scene"]
 
 # Object types that never have faces of their own; curves, text, surfaces and metaballs are met a second time in the
 # walk, as the meshes they evaluate to.
@@ -208,7 +209,12 @@ def _note_emission(walk: _Walk, owners: list[Any], mesh: Any) -> None:
             walk.notes.append(f"light linking of '{owners[0].name}' is not rendered: its surface lights everything")
 
 
-def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]:
+def export_camera(depsgraph: Any, camera: Any, eye: StereoEye) -> Any:
+    """Return the core's camera of one eye of a stereoscopic camera object."""
+    return _camera(depsgraph, camera, [], eye)[0]
+
+
+def _camera(depsgraph: Any, camera: Any, notes: list[str], eye: StereoEye | None = None) -> tuple[Any, Region]:
     scene = depsgraph.scene
     if camera is None:
         raise core.SceneError(f"scene '{scene.name}' has no camera: add one, or make one active with Ctrl+Numpad 0")
@@ -231,12 +237,15 @@ def _camera(depsgraph: Any, camera: Any, notes: list[str]) -> tuple[Any, Region]
         dtype=np.float64,
     )
     orthographic = data.type == "ORTHO"
+    window = window_from_projection(projection, orthographic)
+    if eye is not None:
+        window = eye_window(window, data, eye)
     if data.dof.use_dof and orthographic:
         notes.append(f"depth of field of camera '{camera.name}' is not rendered: it is orthographic")
     return (
         core.Camera(
-            matrix=np.array(evaluated.matrix_world, dtype=np.float64),
-            window=region.crop(window_from_projection(projection, orthographic)),
+            matrix=np.array(evaluated.matrix_world if eye is None else eye.matrix, dtype=np.float64),
+            window=region.crop(window),
             kind="orthographic" if orthographic else "perspective",
             clip_start=float(data.clip_start),
             clip_end=float(data.clip_end),
@@ -375,5 +384,3 @@ def _note_scene_features(scene: Any, notes: list[str]) -> None:
     render = scene.render
     if render.use_motion_blur:
         notes.append("motion blur is not rendered")
-    if render.use_multiview:
-        notes.append("stereo is not rendered: every view shows the camera's own")

@@ -155,7 +155,7 @@ class Recorder:
         self.messages: list[str] = []
         self.fractions: list[float] = []
 
-    def begin_result(self, x: int, y: int, width: int, height: int, layer: str) -> Any:
+    def begin_result(self, x: int, y: int, width: int, height: int, layer: str, view: str = "") -> Any:
         assert not self.open
         self.open = True
         self.tiles.append((x, y, width, height))

@@ -218,20 +218,6 @@ def test_a_view_layer_overrides_the_world(table: Any) -> None:
     assert (first.passes.emitter_groups[-1], other.passes.emitter_groups[-1]) == ("", "Night")
 
 
-def test_stereo_shows_the_same_picture_in_both_views_and_says_so(table: Any, tmp_path: Path) -> None:
-    single_layer(table)
-    table.render.use_multiview = True
-    table.render.image_settings.views_format = "INDIVIDUAL"
-    table.render.filepath = str(tmp_path / "eye.exr")
-    bpy.ops.render.render(write_still=True)
-    openimageio = pytest.importorskip("OpenImageIO")
-    left, right = (openimageio.ImageBuf(str(tmp_path / name)).get_pixels() for name in ("eye_L.exr", "eye_R.exr"))
-    assert left.shape == (24, 40, 4)
-    assert left[-1].max() > 0.05
-    assert np.array_equal(left, right)
-    assert "stereo is not rendered" in " ".join(render_layers(table)[0].exported.notes)
-
-
 def test_light_groups_and_the_rest_add_up_to_combined(table: Any, tmp_path: Path) -> None:
     layer = table.view_layers[0]
     for name in ("Key", "Sky", "Empty"):
