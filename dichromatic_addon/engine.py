@@ -40,7 +40,8 @@ __all__ = [
 
 _BANDS_WANTED = 24  # so that the window shows the picture growing
 _RAYS_A_BAND = 1 << 20  # about a second or two of work, however many samples a pixel has
-_LEAST_BAND_SAMPLES = 1 << 15  # pixels; smaller bands cost more than they show
+_GOOD_BAND = 1 << 17  # pixels; a fifth quicker than a quarter of it, since each band looks through the triangles anew
+_LEAST_BAND = 1 << 15  # pixels; smaller bands cost more than they show
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +195,7 @@ def _remember(listener: Capture | None, error: BaseException) -> None:
 def _band_samples(settings: Any) -> int:
     """Return how many pixels are worked off at once, between two looks at the ESC key and two at the picture."""
     share = -(-settings.height // _BANDS_WANTED) * settings.width
-    return max(_LEAST_BAND_SAMPLES, min(share, _RAYS_A_BAND // settings.samples))
+    return max(_LEAST_BAND, min(max(share, _GOOD_BAND), _RAYS_A_BAND // settings.samples))
 
 
 def _is_watched() -> bool:
