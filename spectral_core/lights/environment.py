@@ -28,12 +28,12 @@ class EnvironmentImage:
         Linear Rec.709 radiance, at least 0; row 0 is the zenith. A world direction (x, y, z), turned by `rotation`, is
         found at the column (1/2 - atan2(y, x) / 2 pi) W and the row (1/2 - latitude / pi) H, as in Blender.
     rotation : array_like, shape (3, 3), optional
-        From world directions to those of the picture.
+        From world directions to those of the picture; it may turn them over, but not scale them.
 
     Raises
     ------
     InvalidParameterError
-        If a shape is wrong, or a value is negative or not finite.
+        If a shape is wrong, a value is negative or not finite, or the rotation is none.
 
     References
     ----------
@@ -51,6 +51,10 @@ class EnvironmentImage:
             raise InvalidParameterError("environment pixels must be finite and at least 0")
         rotation = require_finite("environment rotation", self.rotation)
         require_shape("environment rotation", rotation, (3, 3))
+        if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-6):
+            raise InvalidParameterError(
+                f"environment rotation must have perpendicular rows of length 1, but is {rotation.tolist()}"
+            )
         object.__setattr__(self, "pixels", pixels)
         object.__setattr__(self, "rotation", rotation)
 
@@ -79,14 +83,8 @@ class EnvironmentImage:
         x, y, z = (directions.astype(np.float64) @ self.rotation.T).T
         height, width, _ = self.pixels.shape
         column = (0.5 - np.arctan2(y, x) / (2.0 * math.pi)) * width - 0.5
-        row = np.clip((0.5 - np.arctan2(z, np.hypot(x, y)) / math.pi) * height - 0.5, 0.0, height - 1.0)
-        left, top = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
-        across, down = (column - left)[:, None], (row - top)[:, None]
-        below = np.minimum(top + 1, height - 1)
-        left, right = left % width, (left + 1) % width
-        upper = self.pixels[top, left] * (1.0 - across) + self.pixels[top, right] * across
-        lower = self.pixels[below, left] * (1.0 - across) + self.pixels[below, right] * across
-        return np.asarray(upper * (1.0 - down) + lower * down, np.float32)
+        row = (0.5 - np.arctan2(z, np.hypot(x, y)) / math.pi) * height - 0.5
+        return np.asarray(_between_pixels(self.pixels, column, row), np.float32)
 
 
 class EnvironmentLight:
@@ -107,6 +105,7 @@ class EnvironmentLight:
     def __init__(self, image: EnvironmentImage | None = None, name: str = "World") -> None:
         self.image = image
         self.name = name
+        self._brightness: Floats | None = None
         self._rows: Vector | None = None
         self._columns: Vector | None = None
         if image is not None:
@@ -115,6 +114,7 @@ class EnvironmentLight:
             brightness = image.pixels.astype(np.float64).sum(axis=2) * np.cos(latitude)[:, None]
             # An even part keeps directions between bright pixels from being missed.
             brightness += 0.05 * brightness.mean() * np.cos(latitude)[:, None] + 1e-300
+            self._brightness = brightness
             self._columns = np.cumsum(brightness, axis=1)
             self._rows = np.cumsum(self._columns[:, -1])
 
@@ -140,18 +140,21 @@ class EnvironmentLight:
 
         References
         ----------
-        Importance sampling of pictures: Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 14.2.4.
+        Importance sampling of pictures: Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 14.2.4. A
+        pixel shines as far as the middles of its neighbours, less and less; so points are drawn from it, too.
         """
         u, v = float(unit_square[0]), float(unit_square[1])
-        if self.image is None or self._rows is None or self._columns is None:
+        if self.image is None or self._brightness is None or self._rows is None or self._columns is None:
             z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
             across = math.sqrt(max(1.0 - z * z, 0.0))
             return LampPoint(to_light=np.array([across * math.cos(angle), across * math.sin(angle), z]), factor=_SPHERE)
         height, width = self._columns.shape
-        row, below = _choose(self._rows, u)
-        column, aside = _choose(self._columns[row], v)
-        latitude = math.pi * (0.5 - (row + below) / height)
-        longitude = 2.0 * math.pi * (0.5 - (column + aside) / width)
+        chosen_row, share = _choose(self._rows, u)
+        row = _reflected(chosen_row + _tent(share), height)
+        chosen_column, share = _choose(self._columns[chosen_row], v)
+        column = chosen_column + _tent(share)
+        latitude = math.pi * (0.5 - (row + 0.5) / height)
+        longitude = 2.0 * math.pi * (0.5 - (column + 0.5) / width)
         local = np.array(
             [
                 math.cos(latitude) * math.cos(longitude),
@@ -161,7 +164,8 @@ class EnvironmentLight:
         )
         direction = self.image.rotation.T @ local
         direction /= np.linalg.norm(direction)
-        chance = (self._columns[row, column] - (self._columns[row, column - 1] if column else 0.0)) / self._rows[-1]
+        place = np.array([column]), np.array([row])
+        chance = float(_between_pixels(self._brightness[:, :, None], *place)[0, 0]) / self._rows[-1]
         solid_angle = (2.0 * math.pi / width) * (math.pi / height) * max(math.cos(latitude), 1e-12)
         red, green, blue = self.image.radiance(direction[None])[0].tolist()
         return LampPoint(to_light=direction, factor=solid_angle / chance, weights=(red, green, blue))
@@ -197,6 +201,34 @@ class EnvironmentLight:
         count, dtype = len(points), points.dtype
         direction = np.broadcast_to(at.to_light.astype(dtype), (count, 3))
         return Illumination(direction, np.full(count, np.inf, dtype), np.full(count, at.factor, dtype))
+
+
+def _between_pixels(picture: Floats, column: Floats, row: Floats) -> Floats:
+    """Values (N, C) at places, pixel (0, 0) being the middle of the first: linear, around from right to left."""
+    height, width, _ = picture.shape
+    row = np.clip(row, 0.0, height - 1.0)
+    left, top = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
+    across, down = (column - left)[:, None], (row - top)[:, None]
+    below = np.minimum(top + 1, height - 1)
+    left, right = left % width, (left + 1) % width
+    upper = picture[top, left] * (1.0 - across) + picture[top, right] * across
+    lower = picture[below, left] * (1.0 - across) + picture[below, right] * across
+    result: Floats = upper * (1.0 - down) + lower * down
+    return result
+
+
+def _tent(u: float) -> float:
+    """Place between -1 and 1 with a chance that falls linearly from the middle to both ends."""
+    return math.sqrt(2.0 * u) - 1.0 if u < 0.5 else 1.0 - math.sqrt(2.0 * (1.0 - u))
+
+
+def _reflected(row: float, height: int) -> float:
+    """Turn places beyond the poles back, where a picture has no neighbours to shine into."""
+    if row < -0.5:
+        row = -1.0 - row
+    elif row > height - 0.5:
+        row = 2.0 * height - 1.0 - row
+    return row
 
 
 def _choose(cumulative: Vector, u: float) -> tuple[int, float]:
