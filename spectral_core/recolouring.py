@@ -14,6 +14,7 @@ from .reflection.mean_reflectance import MeanReflectance
 from .scene import RenderSettings, Scene
 from .spectra import Spectrum
 from .textured_reflectance import TexturedReflectance
+from .textured_reflectance import TexturedReflectance
 
 __all__ = ["differ_in_spectra_only"]
 
@@ -95,6 +96,8 @@ def _alike(before: Sequence[Any], after: Sequence[Any]) -> bool:
 def _equal(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         return isinstance(other, np.ndarray) and np.array_equal(one, other)
+    if isinstance(one, TexturedReflectance):  # it knows its content by a digest
+        return bool(one == other)
     if is_dataclass(one) and not isinstance(one, type):  # such as the image of a world
         return type(one) is type(other) and (
             one is other or all(_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
@@ -122,7 +125,9 @@ def _same_lobes(one: Material, other: Material) -> bool:
             continue  # of Type I: a constant spectrum
         elif not _equal(*values):
             return False
-    if one.energy_conserving:  # then the strongest interface decides how much is left for the body
+    # The strongest interface decides how much is left for a body that conserves energy, and how much of the light of
+    # the world and of surfaces a mirror leaves to the lobe.
+    if one.energy_conserving or one.mirror > 0.0:
         return all(
             float(mine.values.max()) == float(theirs.values.max())
             for name, mine, theirs in zip(one.component_names, one.reflectances, other.reflectances, strict=True)

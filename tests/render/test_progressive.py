@@ -143,6 +143,24 @@ def test_strongest_interface_of_a_conserving_material_is_geometry() -> None:
     assert not progressive.recolour(changed_material(scene, 0, interface_reflectance=0.6), SETTINGS)
 
 
+def test_strongest_interface_of_a_mirror_is_geometry() -> None:
+    """It decides how much of the light of the world the mirror leaves to the lobe."""
+    scene = changed_material(still_life(), 0, mirror=0.05)
+    progressive = core.ProgressiveRender(scene, SETTINGS)
+    assert progressive.recolour(changed_material(scene, 0, body_reflectance=RED), SETTINGS)
+    assert not progressive.recolour(changed_material(scene, 0, interface_reflectance=0.3), SETTINGS)
+
+
+def test_pictures_on_surfaces_are_compared_by_their_pixels() -> None:
+    def printed(seed: int) -> Any:
+        pixels = np.random.default_rng(seed).random((4, 4, 3))
+        return changed_material(still_life(), 0, body_reflectance=core.uplift_texture(core.ImageTexture(pixels)))
+
+    progressive = core.ProgressiveRender(printed(0), SETTINGS)
+    assert progressive.recolour(changed_light(printed(0), strength=300.0), SETTINGS)
+    assert not progressive.recolour(printed(1), SETTINGS)
+
+
 def test_draft_covers_the_view_in_its_first_step() -> None:
     settings = replace(SETTINGS, samples=1, band_samples=44 * 31)
     draft = core.ProgressiveRender(soft_scene(), settings, is_draft=True)
