@@ -326,14 +326,28 @@ class Job:
                     buffers = found
             with statistics.timed("film"):
                 parts.append(film.merge(len(samples)))
+        with statistics.timed("film"):
+            merged = joined_parts(parts)
         difference = None
         if is_judged:
             with statistics.timed("film"):
                 one, other = (part.tristimulus(self.spectra, self.observer, self.grid) for part in parts)
-                difference = colour_distance(one, other)
-        with statistics.timed("film"):
-            merged = joined_parts(parts)
+                difference = np.maximum(colour_distance(one, other), self._opacity_distance(merged))
         return TaskResult(merged, difference, buffers, statistics)
+
+    def _opacity_distance(self, part: FilmPart) -> NDArray[np.float32]:
+        """How far pixels are from being covered or empty, as lightness before white, (N,).
+
+        Where no background is seen the picture will lie over another one, and an edge of something black before black
+        matters. Both halves of the samples may find the same part of an edge, so that their difference does not tell.
+        """
+        if self.plan.background and self.scene.world.camera_visible and self.masks is None:
+            return np.zeros(len(part.pixels), np.float32)
+        shares = [part.coverage]
+        if "held" in part.planes:
+            shares.append(part.planes["held"] / np.float32(part.samples))
+        distance: NDArray[np.float32] = np.max([np.minimum(share, 1.0 - share) for share in shares], axis=0)
+        return np.float32(100.0) * distance
 
     def _sample(
         self, task: Task, sample: int, transport: Transport, film: Deposits, statistics: RenderStatistics
