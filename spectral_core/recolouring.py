@@ -14,7 +14,6 @@ from .reflection.mean_reflectance import MeanReflectance
 from .scene import RenderSettings, Scene
 from .spectra import Spectrum
 from .textured_reflectance import TexturedReflectance
-from .textured_reflectance import TexturedReflectance
 
 __all__ = ["differ_in_spectra_only"]
 
