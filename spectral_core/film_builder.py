@@ -73,13 +73,30 @@ class FilmPart:
         ----------
         As :meth:`Film.tristimulus`.
         """
+        return self.as_row().tristimulus(spectra, observer, grid, own_spectra=True)[0]
+
+    def as_row(self) -> Film:
+        """Give the part as a film of its own, one row high.
+
+        Returns
+        -------
+        Film
+            Its pixels are numbered from 0, in their order.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        Own design.
+        """
         blocks = tuple(
             FilmBlock(block.terms, np.searchsorted(self.pixels, block.pixels).astype(np.int32), block.coefficients)
             for block in self.blocks
         )
         fixed = sum(self.fixed.values())[None].astype(np.float32) if self.fixed else None  # type: ignore[index]
-        film = Film(len(self.pixels), 1, blocks, self.coverage[None], fixed)
-        return film.tristimulus(spectra, observer, grid, own_spectra=True)[0]
+        return Film(len(self.pixels), 1, blocks, self.coverage[None], fixed)
 
     @property
     def coverage(self) -> NDArray[np.float32]:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .colorimetry import observer, wavelength_grid
+from .film import Film
 from .film_builder import FilmPart, joined_parts
 from .job import Job, Task
 from .recolouring import differ_in_spectra_only
 from .scene import RenderSettings, Scene
-from .scene_spectra import SceneSpectra
+from .scene_spectra import SceneSpectra, Term
 from .sub_pictures import SubPicture, refinement, spread
 from .tracing.acceleration import Acceleration
 
@@ -27,6 +29,7 @@ class _Kept:
     part: SubPicture
     side: int
     film: FilmPart
+    row: Film
 
 
 class ProgressiveRender:
@@ -82,6 +85,7 @@ class ProgressiveRender:
             scene, replace(settings, adaptive_threshold=0.0), None, acceleration, step=1 if is_draft else None
         )
         self._spectra, self._observer, self._grid = self._job.spectra, self._job.observer, self._job.grid
+        self._weights: dict[Term, NDArray[np.float64]] = {}
         self._kept: dict[tuple[int, int], _Kept] = {}
         shape = settings.height, settings.width
         self.tristimulus = np.zeros((*shape, 3), self._job.geometry.dtype)
@@ -118,7 +122,7 @@ class ProgressiveRender:
                 if key in self._kept:
                     film = joined_parts([self._kept[key].film, film])
                 side = refinement(part.step, part.number) if sample == 0 else 1
-                kept = self._kept[key] = _Kept(part, side, film)
+                kept = self._kept[key] = _Kept(part, side, film, film.as_row())
                 self._show(kept)
                 done += 1
                 first = part.row + part.step * part.first
@@ -152,12 +156,13 @@ class ProgressiveRender:
         """
         if any(kept.film.fixed for kept in self._kept.values()) or self._carries_nodes:
             return False
-        if not differ_in_spectra_only(self._job.scene, scene, self._given, settings):
+        if not differ_in_spectra_only(self._job.scene, scene, self._given, settings, self._job.geometry):
             return False
         spectra = SceneSpectra.from_scene(scene)
         sees, grid = observer(settings.observer), wavelength_grid(settings.grid)
         spectra.tristimulus_table(self._job.plan.direct_terms, sees, grid)  # raises before anything is changed
         self._spectra, self._observer, self._grid = spectra, sees, grid
+        self._weights.clear()
         for kept in self._kept.values():
             self._show(kept)
         return True
@@ -170,6 +175,15 @@ class ProgressiveRender:
         )
 
     def _show(self, kept: _Kept) -> None:
-        colour = kept.film.tristimulus(self._spectra, self._observer, self._grid)
-        spread(kept.part, kept.side, self.tristimulus, colour)
+        spread(kept.part, kept.side, self.tristimulus, self._colour(kept.row))
         spread(kept.part, kept.side, self.coverage, kept.film.coverage)
+
+    def _colour(self, row: Film) -> NDArray[np.floating[Any]]:
+        """Colour of some pixels, with what is integrated once for all of them."""
+        missing = [term for term in row.terms if term not in self._weights]
+        if missing:
+            table = self._spectra.tristimulus_table(missing, self._observer, self._grid)
+            self._weights.update(zip(missing, table, strict=True))
+        table = np.array([self._weights[term] for term in row.terms]).reshape(-1, 3)
+        colour = row.weighted_sum(table, row.terms, self.tristimulus.dtype.type)[0]
+        return colour if row.fixed_tristimulus is None else colour + row.fixed_tristimulus[0]

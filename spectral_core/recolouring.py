@@ -14,6 +14,7 @@ from .reflection.mean_reflectance import MeanReflectance
 from .scene import RenderSettings, Scene
 from .spectra import Spectrum
 from .textured_reflectance import TexturedReflectance
+from .tracing.geometry import Geometry
 
 __all__ = ["differ_in_spectra_only"]
 
@@ -22,7 +23,11 @@ _COSINES = np.linspace(0.0, 1.0, 33)  # where the whitening of metals is compare
 
 
 def differ_in_spectra_only(
-    before: Scene, after: Scene, settings_before: RenderSettings, settings_after: RenderSettings
+    before: Scene,
+    after: Scene,
+    settings_before: RenderSettings,
+    settings_after: RenderSettings,
+    geometry: Geometry | None = None,
 ) -> bool:
     """Whether the film of one scene has the geometric coefficients of the other.
 
@@ -32,6 +37,8 @@ def differ_in_spectra_only(
         The scenes. Their triangles are taken to be the same: :class:`~spectral_core.AccelerationCache` tells.
     settings_before, settings_after : RenderSettings
         How each is rendered; observer and wavelengths may differ.
+    geometry : Geometry, optional
+        The scenes' triangles where they have been gathered.
 
     Returns
     -------
@@ -60,7 +67,7 @@ def differ_in_spectra_only(
         return False
     if not all(_same_lobes(*pair) for pair in zip(before.materials, after.materials, strict=True)):
         return False
-    one, other = make_plan(before, settings_before), make_plan(after, settings_after)
+    one, other = make_plan(before, settings_before, geometry), make_plan(after, settings_after, geometry)
     # A lamp that was dark has no terms; one that became dark has terms that weigh nothing.
     return set(other.terms) <= set(one.terms) and (one.monomials, one.exact_depth) == (
         other.monomials,

@@ -27,8 +27,8 @@ __all__ = ["ARTIFACTS", "NoWindowError", "Played", "console_errors", "play", "wi
 
 INSIDE = Path(__file__).resolve().parent / "inside"
 ARTIFACTS = ROOT / "artifacts" / "ui"
-SCREEN = "1600x1800x24"  # tall, so that a tab of the Properties editor is seen from top to bottom
-WINDOW = ("0", "0", "1600", "1800")
+SCREEN = "1600x1800x24"
+TALL = (1600, 1800)  # a tab of the Properties editor is seen from top to bottom
 
 # What Blender, its drivers and the sound system say without being wrong.
 _HARMLESS = re.compile(
@@ -125,7 +125,12 @@ def _series(command: tuple[str, ...]) -> str:
 
 
 def play(
-    script: str, *arguments: str, seconds: float = 240.0, simulates: bool = True, blend: Path | None = None
+    script: str,
+    *arguments: str,
+    seconds: float = 240.0,
+    simulates: bool = True,
+    size: tuple[int, int] = TALL,
+    blend: Path | None = None,
 ) -> Played:
     """Run a script of ``inside/`` in a window.
 
@@ -139,6 +144,8 @@ def play(
         When to give it up.
     simulates : bool
         Whether events come from the script; then the keyboard's and mouse's are ignored.
+    size : tuple of int
+        Of the window in pixels.
     blend : Path, optional
         A file to open first.
 
@@ -169,7 +176,7 @@ def play(
         }
         environment["TMPDIR"] = resources  # where Blender leaves its quit.blend
         parts = [*command, "--factory-startup", "--no-window-focus", *["--enable-event-simulate"][: int(simulates)]]
-        parts += ["--window-geometry", *WINDOW]
+        parts += ["--window-geometry", "0", "0", *map(str, size)]
         parts += [str(blend)] if blend else []
         parts += ["--python-exit-code", "3", "--python", str(INSIDE / f"{script}.py"), "--", str(folder), *arguments]
         with _screen(environment):

@@ -248,6 +248,7 @@ def act(script: Callable[[Stage], Step]) -> None:
                         return _TICK
                     waiting.clear()
                 waiting.append((next(steps), time.monotonic()))
+                print(f"stage: until {waiting[0][0].what}", flush=True)
         except StopIteration:
             pass
         except BaseException:
