@@ -42,6 +42,13 @@ def test_nodes_are_added_linked_undone_saved_and_opened(played: Callable[..., Pl
     assert report["states"][-1] == "opened again"
 
 
+def test_rendered_view_is_moved_recoloured_and_edited(played: Callable[..., Played]) -> None:
+    report = played("viewport", size=(1000, 620), seconds=600.0).report
+    assert 99_000 < report["triangles"] < 101_000
+    assert len(report["seen_s"]) == 8
+    assert report["preview"]["covered"] > 0.3
+
+
 def test_f12_and_escape_and_the_studies_of_the_image_editor(played: Callable[..., Played]) -> None:
     report = played("rendering", simulates=False).report
     assert len(report["cancel_s"]) == 3  # each was cancelled before its end, however long that took
