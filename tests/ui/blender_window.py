@@ -162,7 +162,7 @@ def play(
         If the script did not come to its end, with the end of what Blender printed.
     """
     command = window_command()
-    folder = ARTIFACTS / _series(tuple(command)) / script
+    folder = ARTIFACTS / _series(tuple(command)) / "-".join([script, *arguments])
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     report = folder / "report.json"

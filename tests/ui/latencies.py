@@ -25,9 +25,11 @@ def main() -> int:
         _print(name, seconds, view["busy_s"][name])
     _print("first picture of a new view", [view["first_s"]])
     _print("longest step between two looks", [view["longest_slice_s"]])
-    cancel = play("rendering", seconds=900.0, simulates=False).report["cancel_s"]
-    for name, seconds in cancel.items():
+    report = play("rendering", "cancel", size=(1000, 620), seconds=900.0, simulates=False).report
+    for name, seconds in report["cancel_s"].items():
+        parts = report["cancel_parts_s"][name]
         _print(f"ESC, {name}", [seconds])
+        _print("  from when Blender noticed it", [parts["engine ended"] - parts["noticed"]])
     return 0
 
 

@@ -20,8 +20,8 @@ def played() -> Callable[..., Played]:
     except NoWindowError as error:
         pytest.skip(f"NOT TESTED IN A WINDOW: {error}")
 
-    def run(script: str, **how: Any) -> Played:
-        result = play(script, **how)
+    def run(script: str, *arguments: str, **how: Any) -> Played:
+        result = play(script, *arguments, **how)
         assert console_errors(result.console) == []
         return result
 
@@ -49,6 +49,11 @@ def test_rendered_view_is_moved_recoloured_and_edited(played: Callable[..., Play
     assert report["preview"]["covered"] > 0.3
 
 
-def test_f12_and_escape_and_the_studies_of_the_image_editor(played: Callable[..., Played]) -> None:
+def test_f12_and_the_studies_of_the_image_editor(played: Callable[..., Played]) -> None:
     report = played("rendering", simulates=False).report
+    assert len(report["states"]) >= 10
+
+
+def test_escape_ends_renders_that_have_shown_something(played: Callable[..., Played]) -> None:
+    report = played("rendering", "cancel", simulates=False, size=(1000, 620)).report
     assert len(report["cancel_s"]) == 3  # each was cancelled before its end, however long that took
