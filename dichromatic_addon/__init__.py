@@ -14,6 +14,7 @@ def _modules() -> tuple[object, ...]:
         estimation,
         last_render,
         live_relight,
+        manual,
         nodes,
         operators,
         panels,
@@ -31,7 +32,19 @@ def _modules() -> tuple[object, ...]:
 
     studying = (study_settings, last_render, live_relight, persistent, studies, render_files, estimation, study_panels)
     drawing = (presets, panels, view_layer_panels)
-    return (properties, render_passes, preferences, nodes, *drawing, engine, operators, conversion, *studying, cli)
+    return (
+        properties,
+        render_passes,
+        preferences,
+        manual,
+        nodes,
+        *drawing,
+        engine,
+        operators,
+        conversion,
+        *studying,
+        cli,
+    )
 
 
 def register() -> None:

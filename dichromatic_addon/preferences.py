@@ -7,8 +7,12 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
+from ._core import core
+from .callbacks import search_callback
 from .compat import root_package
 from .properties import observer_items
+from .spectrum_sources import search_illuminants
+from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "preferences", "register", "unregister"]
 
@@ -31,13 +35,31 @@ class DichromaticPreferences(bpy.types.AddonPreferences):
         name="Samples", description="The rays a pixel that a new file starts with", default=4, min=1, soft_max=64
     )
 
+    lamp: StringProperty(
+        name="Lamp",
+        description="Lamp of the library that the lights of a new file start with; empty for their own color",
+        search=search_callback(search_illuminants),
+    )
+    manual: StringProperty(
+        name="Manual",
+        description="Where the documents are, for Online Manual in the menu of a right click: the address of a "
+        "website, or the folder that they were built into (make docs builds them into site)",
+        subtype="DIR_PATH",
+    )
+
     def draw(self, context: Any) -> None:
         layout = self.layout
         layout.use_property_split = True
-        layout.prop(self, "spectra_folder")
+        layout.use_property_decorate = False
+        column = layout.column()
+        column.prop(self, "spectra_folder")
+        column.prop(self, "manual")
         column = layout.column(heading="New Files")
         column.prop(self, "observer")
         column.prop(self, "samples")
+        column.prop(self, "lamp")
+        if self.lamp and self.lamp not in core.illuminant_names():
+            draw_wrapped(layout, f"the library has no illuminant '{self.lamp}'", "ERROR", panel_line(context))
 
 
 def preferences() -> Any:
@@ -56,6 +78,10 @@ def _start_new_file(*_: Any) -> None:
             scene.dichromatic.observer = chosen.observer
         if not scene.dichromatic.is_property_set("samples"):
             scene.dichromatic.samples = chosen.samples
+    if chosen.lamp in core.illuminant_names():
+        for light in bpy.data.lights:
+            if not light.dichromatic.is_property_set("source"):
+                light.dichromatic.source, light.dichromatic.illuminant = "LIBRARY", chosen.lamp
 
 
 CLASSES = (DichromaticPreferences,)
