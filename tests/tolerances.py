@@ -131,3 +131,15 @@ EDGES_OF_A_PICTURE = 0.02
 
 # Thousands of stratified directions of a smooth lamp or sky, each a shadow ray: the error falls nearly as their number.
 STRATIFIED_SKY = 0.01
+
+# Structural similarity of our pictures of Cycles scenes with Cycles': without light between surfaces, with a cosine
+# lobe for GGX and an opaque stand-in for glass, shades differ and edges do not, and both are noisy. Unrelated pictures
+# have less than 0.5.
+SIMILAR_TO_CYCLES = 0.75
+
+# The same scene before and after its materials became ours, on a scale from black to white: numbers of the nodes are
+# rounded to 32 bits, and samples fall on the same points.
+SIMILAR_TO_ITSELF = 2e-3
+
+# Two pixels beside an edge, by 16 samples of Cycles' wide filter: in some versions one or two of 128 fall beyond it.
+SAMPLES_AT_AN_EDGE = 0.02

@@ -16,6 +16,7 @@ __all__ = ["Joined", "add_glows", "join", "weighted_sum"]
 
 SAME_SHARPNESS = 4.0  # ratio of g within which two lobes become one; a factor of 1.4 in Blender's roughness
 LARGEST_NEUTRAL = 1.0e6  # S_I of Type I; stronger ones are Type II
+METALLIC = 0.15  # reflectance from which a glossy part is no mere highlight of plastic
 NOTHING = 1e-6  # albedo below which a part is not there
 
 
@@ -119,7 +120,7 @@ def join(parts: Parts) -> Joined:
     body = weighted_sum([(part.weight, part.tint) for part in (*bodies, *broad)])
     if lobe is not None and lobe.is_metal and not body.spectrum.values.max() > NOTHING:
         return Joined(_metal(lobe), body, lobe, glow)
-    if lobe is not None and lobe.is_metal:
+    if lobe is not None and lobe.is_metal and lobe.weight * lobe.tint.spectrum.values.max() > METALLIC:
         parts.note("metal is mixed with a body: it is rendered as a colored highlight over the body")
     only_glows = glow is not None and lobe is None and not (bodies or parts.finished)
     return Joined(_dielectric(body, lobe), body, lobe, glow, only_glows=only_glows)

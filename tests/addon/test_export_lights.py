@@ -22,7 +22,7 @@ from tests.addon.building import (
     small_picture,
     white_material,
 )
-from tests.tolerances import EDGES_OF_A_PICTURE, EXPOSURE_AGAINST_CYCLES
+from tests.tolerances import EDGES_OF_A_PICTURE, EXPOSURE_AGAINST_CYCLES, SAMPLES_AT_AN_EDGE
 
 pytestmark = pytest.mark.bpy
 
@@ -327,7 +327,7 @@ def test_light_linking(scene: Any, tmp_path: Path, state: str, expected: tuple[f
     for engine in ("DICHROMATIC", "CYCLES"):
         scene.render.engine = engine
         pixels = combined(scene, str(tmp_path / f"{engine}.exr"))[..., 0]
-        np.testing.assert_allclose((pixels[:, 1:3].mean(), pixels[:, 5:7].mean()), expected, atol=2e-3)
+        np.testing.assert_allclose((pixels[:, 1:3].mean(), pixels[:, 5:7].mean()), expected, atol=SAMPLES_AT_AN_EDGE)
 
 
 def test_blockers_are_noted(card: Any) -> None:
