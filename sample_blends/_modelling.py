@@ -379,32 +379,38 @@ def add_camera(
     return camera
 
 
-def add_point_light(name: str, location: Sequence[float], power_w: float) -> bpy.types.Object:
-    """Point light without size, so that its shadows are as sharp as the model's."""
+def add_point_light(name: str, location: Sequence[float], power_w: float, radius: float = 0.0) -> bpy.types.Object:
+    """Light that shines to all sides from a ball; without a radius it is a point, and its shadows are sharp."""
     data = bpy.data.lights.new(name, "POINT")
     data.energy = power_w
-    data.shadow_soft_size = 0.0
+    data.shadow_soft_size = radius
     return add_object(name, data, location)
 
 
 def add_spot_light(
-    name: str, location: Sequence[float], target: Sequence[float], power_w: float, spot_size: float, blend: float
+    name: str,
+    location: Sequence[float],
+    target: Sequence[float],
+    power_w: float,
+    spot_size: float,
+    blend: float,
+    radius: float = 0.0,
 ) -> bpy.types.Object:
-    """Spot light without size, shining at a point in a cone of full angle `spot_size`."""
+    """Spot light of some radius, shining at a point in a cone of full angle `spot_size`."""
     data = bpy.data.lights.new(name, "SPOT")
     data.energy = power_w
-    data.shadow_soft_size = 0.0
+    data.shadow_soft_size = radius
     data.spot_size, data.spot_blend = spot_size, blend
     item = add_object(name, data, location)
     _look(item, target)
     return item
 
 
-def add_sun(name: str, to_light: Sequence[float], irradiance: float) -> bpy.types.Object:
-    """Directional light that shines from `to_light` onto the origin."""
+def add_sun(name: str, to_light: Sequence[float], irradiance: float, angle: float = 0.0) -> bpy.types.Object:
+    """Directional light that shines from `to_light` onto the origin, from a disk of the angular diameter `angle`."""
     data = bpy.data.lights.new(name, "SUN")
     data.energy = irradiance
-    data.angle = 0.0
+    data.angle = angle
     item = add_object(name, data, to_light)
     _look(item, (0.0, 0.0, 0.0))
     return item

@@ -8,7 +8,18 @@ import bpy
 
 from dichromatic_addon import spectrum_store
 
-__all__ = ["cloth", "metal", "plastic", "set_constant", "set_file", "set_lamp", "set_library", "use_dichromatic"]
+__all__ = [
+    "cloth",
+    "metal",
+    "plastic",
+    "repeated_picture",
+    "set_constant",
+    "set_file",
+    "set_lamp",
+    "set_library",
+    "set_woven",
+    "use_dichromatic",
+]
 
 SURFACE = "Surface"
 
@@ -75,6 +86,39 @@ def _new_spectrum(material: bpy.types.Material, socket: str, source: str) -> bpy
 def set_library(material: bpy.types.Material, socket: str, name: str) -> None:
     """Link a spectrum of the library to a socket."""
     _new_spectrum(material, socket, "LIBRARY").library_name = name
+
+
+def set_woven(
+    material: bpy.types.Material, socket: str, name: str, scales: tuple[float, float], weave: bpy.types.Node
+) -> None:
+    """Link a spectrum of the library that a picture varies between two scales: the gaps of a weave, and its threads."""
+    tree = material.node_tree
+    mix = tree.nodes.new("DichromaticNodeSpectrumMix")
+    mix.location = (-300.0, -260.0 * sum(node.bl_idname == mix.bl_idname for node in tree.nodes))
+    for end, scale in zip("AB", scales, strict=True):
+        spectrum = tree.nodes.new("DichromaticNodeSpectrum")
+        spectrum.location = (-640.0, mix.location.y - (140.0 if end == "B" else 0.0))
+        spectrum.label = f"{socket}, {'gaps' if end == 'A' else 'threads'}"
+        spectrum.source = "LIBRARY"
+        spectrum.library_name = name
+        spectrum.inputs["Scale"].default_value = scale
+        tree.links.new(spectrum.outputs[0], mix.inputs[end])
+    tree.links.new(weave.outputs["Color"], mix.inputs["Factor"])
+    tree.links.new(mix.outputs[0], tree.nodes[SURFACE].inputs[socket])
+
+
+def repeated_picture(material: bpy.types.Material, image: bpy.types.Image, uv_map: str, scale: float) -> bpy.types.Node:
+    """Add a picture that is laid `scale` times along each side of a UV map."""
+    tree = material.node_tree
+    picture, mapping = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeMapping")
+    place = tree.nodes.new("ShaderNodeUVMap")
+    place.uv_map = uv_map
+    place.location, mapping.location, picture.location = (-1500.0, -300.0), (-1280.0, -300.0), (-1000.0, -300.0)
+    mapping.inputs["Scale"].default_value = (scale, scale, 1.0)
+    picture.image = image
+    tree.links.new(place.outputs["UV"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], picture.inputs["Vector"])
+    return picture
 
 
 def set_constant(material: bpy.types.Material, socket: str, value: float) -> None:

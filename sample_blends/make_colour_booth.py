@@ -30,9 +30,9 @@ from _modelling import (  # noqa: E402
     new_mesh,
     rounded_box,
     save,
-    sphere,
 )
 from _spectral import plastic, set_constant, set_file, set_lamp, set_library, use_dichromatic  # noqa: E402
+from make_cups import red_cup  # noqa: E402
 
 import spectral_core as core  # noqa: E402
 from dichromatic_addon.operators import addon_registered  # noqa: E402
@@ -51,15 +51,16 @@ ROWS = (
     ("white 9.5", "neutral 8", "neutral 6.5", "neutral 5", "neutral 3.5", "black 2"),
 )
 PITCH, PATCH = 0.046, 0.040
+MUG_SCALE = 0.72
 
 NOTE = """
 COLOUR BOOTH
 
 A viewing booth with a ColorChecker (24 measured reflectances) and two teal paints, each on
-a tile and on a ball. Under daylight the paints are the same colour; under most other lamps
+a tile and on a mug. Under daylight the paints are the same colour; under most other lamps
 they part, although nothing of them has changed: they are metamers.
 
-All three objects of the ceiling lamp share one light. The picture is adapted to that light
+All four objects of the ceiling lamp share one light. The picture is adapted to that light
 (the adopted white is "Light"), as your eyes would be in the booth.
 
 Render it with F12. Then try:
@@ -108,10 +109,11 @@ def add_chart(x: float, y: float, lean: float) -> None:
 
 
 def add_pair(x: float, y: float, lean: float) -> None:
-    """Stand the two tiles edge to edge, and put a ball of either paint before them."""
-    size, depth = 0.105, 0.008
+    """Stand the two tiles edge to edge, and a mug of either paint before them."""
+    size, depth = 0.120, 0.008
     tile = new_mesh("Tile", rounded_box(size, size, depth, 0.0012))
-    ball = new_mesh("Ball", sphere(0.030, 96, 48))
+    mug = red_cup()
+    mug.name = "Mug"
     height = 0.5 * size * math.cos(lean) + 0.5 * depth * math.sin(lean)
     for side, label in ((-1.0, "first"), (1.0, "second")):
         matte = plastic(f"Matte teal, {label} paint", interface=0.0, attenuation="cosine", n=40.0)
@@ -123,7 +125,9 @@ def add_pair(x: float, y: float, lean: float) -> None:
                 set_file(material, "Body Reflectance", HERE / SECOND_PAINT)
         tilt = (math.radians(90.0) - lean, 0.0, 0.0)
         add_object(f"Tile, {label} paint", tile, (x + 0.5 * side * size, y, height), tilt, matte)
-        add_object(f"Ball, {label} paint", ball, (x + 0.040 * side, y - 0.085, 0.030), material=gloss)
+        turn = math.radians(-28.0 if side > 0.0 else 208.0)
+        mug_of_paint = add_object(f"Mug, {label} paint", mug, (x + 0.046 * side, y - 0.100, 0.0), (0, 0, turn), gloss)
+        mug_of_paint.scale = (MUG_SCALE,) * 3
 
 
 def add_booth(width: float, depth: float, height: float) -> None:
@@ -147,14 +151,15 @@ def build() -> None:
     scene = empty_file()
     scene.name = "Colour booth"
     add_booth(0.86, 0.50, 0.56)
-    add_chart(-0.140, 0.060, math.radians(22.0))
-    add_pair(0.190, 0.070, math.radians(22.0))
-    lamp = add_point_light("Ceiling lamp, middle", (0.0, -0.22, 0.60), 7.4)
+    add_chart(-0.135, 0.040, math.radians(22.0))
+    add_pair(0.175, 0.070, math.radians(22.0))
+    lamp = add_point_light("Ceiling lamp, middle", (0.0, -0.22, 0.60), 6.8, 0.05)
     lamp.data.name = "Ceiling lamp"
     add_object("Ceiling lamp, left", lamp.data, (-0.30, -0.22, 0.60))
     add_object("Ceiling lamp, right", lamp.data, (0.30, -0.22, 0.60))
+    add_object("Ceiling lamp, front", lamp.data, (0.0, -0.80, 0.56))
     set_lamp(lamp, LAMP)
-    add_camera("Camera", (0.0, -1.30, 0.34), (0.0, 0.0, 0.118), focal_mm=68.0)
+    add_camera("Camera", (-0.10, -1.28, 0.36), (0.006, 0.0, 0.098), focal_mm=76.0)
     use_dichromatic(scene, adopted_white=LAMP)
     scene.dichromatic.white_source = "LIGHT"
     scene.dichromatic.white_light = lamp.data

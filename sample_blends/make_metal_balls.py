@@ -26,6 +26,7 @@ from _modelling import (  # noqa: E402
     extruded_mesh,
     new_mesh,
     rounded,
+    rounded_box,
     save,
     sphere,
 )
@@ -35,6 +36,12 @@ from dichromatic_addon.operators import addon_registered  # noqa: E402
 
 LAMP = "D65"
 RADIUS = 0.050
+SUN_ANGLE = math.radians(7.0)
+# White cards beside the camera's view, which the balls mirror: name, place, size and turn about z in degrees.
+CARDS = (
+    ("Card on the left", (-0.40, -0.10, 0.24), (0.004, 0.30, 0.40), 16.0),
+    ("Card on the right", (0.44, -0.06, 0.24), (0.004, 0.22, 0.40), -12.0),
+)
 
 NOTE = """
 METAL BALLS                                                 Tominaga 1996, Figure 12
@@ -72,21 +79,26 @@ def build() -> None:
     """Build the scene in the current Blender; the add-on is registered."""
     scene = empty_file()
     scene.name = "Metal balls"
-    finish = {"beta": math.radians(5.0), "beta_across": math.radians(18.0), "mirror": 0.40}
+    finish = {"beta": math.radians(5.0), "beta_across": math.radians(18.0), "mirror": 0.55}
     mesh = new_mesh("Ball", sphere(RADIUS, 288, 96))
     add_turned_uv(mesh)
     ball("Copper ball", mesh, -0.055, 0.0, 52.0, -14.0, metal("Spun copper", "copper", **finish))
     ball("Brass ball", mesh, 0.055, 0.014, 52.0, 18.0, metal("Spun brass", "brass-70-30", **finish))
     grey = plastic("Dark matte grey", interface=0.0, attenuation="cosine", n=11.0)
-    set_constant(grey, "Body Reflectance", 0.05)
-    sweep = rounded([(-3.0, 0.0, 0.0), (0.85, 0.0, 0.9), (1.35, 0.5, 0.0)], tolerance=5.0e-5)
+    set_constant(grey, "Body Reflectance", 0.04)
+    sweep = rounded([(-3.0, 0.0, 0.0), (0.45, 0.0, 0.35), (0.45, 1.0, 0.0)], tolerance=5.0e-5)
     add_object("Backdrop", new_mesh("Backdrop", extruded_mesh(sweep, 3.0)), material=grey)
-    add_grey_world(0.05)
-    add_camera("Camera", (0.0, -0.72, 0.24), (0.0, 0.0, 0.044), focal_mm=85.0)
+    add_grey_world(0.06)
+    white = plastic("White card", interface=0.0, attenuation="cosine", n=11.0)
+    set_constant(white, "Body Reflectance", 0.90)
+    for name, place, size, turn in CARDS:
+        card = add_object(name, new_mesh(name, rounded_box(*size, 0.001)), place, (0.0, 0.0, math.radians(turn)), white)
+        card.visible_shadow = False
+    add_camera("Camera", (0.0, -0.75, 0.155), (0.0, 0.0, 0.050), focal_mm=85.0)
     suns = [
-        add_sun("Key", (-0.55, -0.75, 0.90), 3.8),
-        add_sun("Right", (0.95, -0.55, 0.60), 2.8),
-        add_sun("Back", (0.15, 0.60, 1.00), 2.6),
+        add_sun("Key", (-0.60, -0.70, 1.00), 4.2, SUN_ANGLE),
+        add_sun("Right", (0.95, -0.45, 0.80), 3.0, SUN_ANGLE),
+        add_sun("Back", (0.10, 0.50, 1.10), 2.6, SUN_ANGLE),
     ]
     for sun in suns:
         set_lamp(sun, LAMP)
