@@ -10,13 +10,15 @@ BLEND ?= sample_blends/cups.blend
 PICTURE ?= renders/cups.png
 SIZE ?= 1280x720
 SAMPLES ?= 8
+# The pictures that `make gallery` makes; all of them when there is none.
+PICTURES ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
 SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup render test test-slow test-matrix test-ui package lint format figures tables stability bench docs clean
+.PHONY: help setup render test test-slow test-matrix test-ui package lint format figures tables stability bench gallery docs clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -86,6 +88,10 @@ bench:  ## rays beside Embree, renders beside Cycles and Mitsuba, colour, growth
 	  plot=; case $$name in growth | sampling | mitsuba) plot="--plot $(PLOTS)/$$name.png" ;; esac; \
 	  printf '\n== %s ==\n' $$name; $(BIN)/python -m tests.benchmarks.$$name $$plot || exit 1; \
 	done | tee $(PLOTS)/tables.txt
+
+gallery:  ## render sample_blends to the pictures of docs/gallery.md, 1280x720 (20 min; PICTURES= names some)
+	@$(SETUP) figures
+	$(BIN)/python -m tools.make_gallery $(PICTURES)
 
 docs:  ## build the documents as a site in site/, and check its links
 	@$(SETUP) docs
