@@ -28,7 +28,7 @@ __all__ = ["Visibility"]
 
 _VIEW_BYTES = 1 << 28  # projected triangles that may be kept for the next part of the picture
 _BYTES_A_TRIANGLE = 80
-_RAY_PER_TRIANGLE = 28  # what a shadow ray through the tree costs, in triangles projected towards a lamp
+_RAY_PER_TRIANGLE = 4  # what a shadow ray through the tree costs, in triangles that a lamp is looked from over
 
 Made = TypeVar("Made")
 

@@ -78,6 +78,25 @@ def tables():
     yield "triangles", rows
 
 
+def draw(results, path):
+    """Time against size, one panel a table."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    for axes, (name, rows) in zip(figure.subplots(2, 2).ravel(), results, strict=True):
+        size, seconds = np.array(rows).T
+        axes.loglog(size, seconds, "o-", label="measured")
+        axes.loglog(size, seconds[-1] * size / size[-1], ":", color="grey", label="in proportion")
+        axes.set_xticks(
+            size, [f"{n / 1e6:.1f} M" if n > 9e5 else f"{n / 1e3:.0f} k" if n > 999 else f"{n:g}" for n in size]
+        )
+        axes.set_yticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], ["0.01", "0.03", "0.1", "0.3", "1", "3"])
+        axes.minorticks_off()
+        axes.set(xlabel=name, ylabel="seconds", ylim=(0.008, 4.0))
+        axes.legend(frameon=False)
+    figure.savefig(path, dpi=110)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plot", help="file to draw the tables into")
@@ -100,16 +119,7 @@ def main() -> int:
                 slope = f"{np.log(seconds / rows[k - 1][1]) / np.log(size / rows[k - 1][0]):8.2f}"
             print(f"{size:10d}{seconds:10.3f}{slope}", flush=True)
     if arguments.plot:
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(8, 6), layout="constrained")
-        for axes, (name, rows) in zip(figure.subplots(2, 2).ravel(), results, strict=True):
-            size, seconds = np.array(rows).T
-            axes.loglog(size, seconds, "o-", label="measured")
-            axes.loglog(size, seconds[-1] * size / size[-1], ":", label="linear")
-            axes.set(xlabel=name, ylabel="s")
-            axes.legend()
-        figure.savefig(arguments.plot)
+        draw(results, arguments.plot)
     return 0
 
 

@@ -187,6 +187,7 @@ def test_closed_sphere_seen_from_inside_never_leaks(scale, shift):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)
 def test_a_hundred_million_rays_do_not_leak():
     geometry = geometry_of(*icosphere(4), 1.0, 1e4)
     bvh, rng = Bvh.build(geometry), np.random.default_rng(17)
