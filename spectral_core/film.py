@@ -111,8 +111,10 @@ class Film:
     @property
     def nbytes(self) -> int:
         """Bytes that the film holds."""
-        fixed = 0 if self.fixed_tristimulus is None else self.fixed_tristimulus.nbytes
-        return sum(block.nbytes for block in self.blocks) + self.coverage.nbytes + fixed
+        images = [self.coverage, *self.planes.values(), *self.fixed_parts.values()]
+        if self.fixed_tristimulus is not None:
+            images.append(self.fixed_tristimulus)
+        return sum(block.nbytes for block in self.blocks) + sum(image.nbytes for image in images)
 
     @property
     def terms(self) -> tuple[Term, ...]:

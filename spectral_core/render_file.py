@@ -62,6 +62,8 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
     arrays |= {f"buffer_{name}": getattr(render.buffers, name) for name in render.buffers.names}
     if render.film.fixed_tristimulus is not None:
         arrays["fixed_tristimulus"] = render.film.fixed_tristimulus
+    arrays |= {f"fixed_{number}": image for number, image in enumerate(render.film.fixed_parts.values())}
+    arrays |= {f"plane_{name}": plane for name, plane in render.film.planes.items()}
     blocks = []
     for number, block in enumerate(render.film.blocks):
         arrays[f"pixels_{number}"] = block.pixels
@@ -76,6 +78,8 @@ def save_render(path: str | os.PathLike[str], render: Render, development: Devel
         "observer": render.observer,
         "grid": render.grid,
         "blocks": blocks,
+        "fixed_parts": [list(label) for label in render.film.fixed_parts],
+        "planes": list(render.film.planes),
         "emitters": [
             {"name": e.name, "illuminant": store.add(e.illuminant), "strength": e.strength, "kind": e.kind}
             for e in render.spectra.emitters
@@ -207,6 +211,14 @@ def _check_film(film: Film, buffers: SurfaceBuffers, spectra: SceneSpectra) -> N
             raise InvalidParameterError(f"{name} must have the shape {wanted}")
     if film.fixed_tristimulus is not None and film.fixed_tristimulus.shape != (*shape, 3):
         raise InvalidParameterError(f"fixed_tristimulus must have the shape {(*shape, 3)}")
+    for name, plane in film.planes.items():
+        if plane.shape != shape:
+            raise InvalidParameterError(f"{name} must have the shape {shape}")
+    for (component, emitter), image in film.fixed_parts.items():
+        if image.shape != (*shape, 3):
+            raise InvalidParameterError(f"the {component} of emitter {emitter} must have the shape {(*shape, 3)}")
+        if not 0 <= emitter < len(spectra.emitters):
+            raise InvalidParameterError(f"a part of the light names emitter {emitter}, which is not there")
     for number, block in enumerate(film.blocks):
         if block.coefficients.shape != (len(block.pixels), len(block.terms)):
             raise InvalidParameterError(f"block {number} must have a row a pixel and a column a term")
@@ -233,7 +245,18 @@ def _build(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> tuple[Ren
         )
         for number, terms in enumerate(header["blocks"])
     )
-    film = Film(header["width"], header["height"], blocks, arrays["coverage"], arrays.get("fixed_tristimulus"))
+    film = Film(
+        header["width"],
+        header["height"],
+        blocks,
+        arrays["coverage"],
+        arrays.get("fixed_tristimulus"),
+        {name: arrays[f"plane_{name}"] for name in header.get("planes", ())},
+        {
+            (str(component), int(emitter)): arrays[f"fixed_{number}"]
+            for number, (component, emitter) in enumerate(header.get("fixed_parts", ()))
+        },
+    )
     spectra = SceneSpectra(
         tuple(Emitter(e["name"], spectrum(e["illuminant"]), e["strength"], e["kind"]) for e in header["emitters"]),
         tuple(

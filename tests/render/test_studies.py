@@ -12,6 +12,7 @@ from spectral_core.development import Development
 from spectral_core.display import Display, display
 from spectral_core.errors import DichromaticError, InvalidParameterError, MemoryLimitError
 from spectral_core.library import illuminant
+from spectral_core.light_groups import LightPart, split_light
 from spectral_core.lights import SunLight
 from spectral_core.probe import probe_pixel
 from spectral_core.reflection.materials import TypeI, TypeII
@@ -46,6 +47,30 @@ def test_a_kept_render_opens_as_it_was(finished, tmp_path):
     relit = relit_by(opened, illuminant("FL11"), ["key"]).tristimulus()
     assert np.array_equal(relit, relit_by(finished, illuminant("FL11"), ["key"]).tristimulus())
     assert [p.name for p in tmp_path.iterdir()] == ["render.npz"]
+
+
+def test_shares_and_parts_of_the_light_are_kept_with_the_render(tmp_path):
+    scene = still_life()
+    scene = replace(scene, instances=[replace(scene.instances[0], mask="holdout"), *scene.instances[1:]])
+    made = render(scene, replace(SETTINGS, film_bytes=0, split_light=True, shadow_share=True))
+    path = tmp_path / "render.npz"
+    save_render(path, made)
+    opened, _ = open_render(path)
+    for name in ("held", "occluded"):
+        assert np.ptp(made.film.planes[name]) > 0.5
+        np.testing.assert_array_equal(opened.film.planes[name], made.film.planes[name])
+    parts = [LightPart("body", ("key",)), LightPart("interface")]
+    for one, other in zip(split_light(opened, parts), split_light(made, parts), strict=True):
+        assert one.max() > 0.1
+        np.testing.assert_array_equal(one, other)
+    assert opened.film.nbytes == made.film.nbytes
+    assert made.film.nbytes == made.statistics.film_bytes > 10 * made.film.coverage.nbytes  # the lamps' parts count
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    for name in ("plane_held", "fixed_0"):
+        np.savez(path, **{**arrays, name: arrays[name][1:]})
+        with pytest.raises(DichromaticError, match="must have the shape"):
+            open_render(path)
 
 
 def test_a_measured_monitor_is_kept_with_the_render(finished, tmp_path):
