@@ -334,19 +334,22 @@ class _Assembly:
                 distance[task.part.pixels] = result.difference
             done += len(task)
             progress(done / total, _what(task.part, settings.height))
-            yield [self._band(job, task.part, result.film, is_last=not job.is_adaptive)] if is_wanted else []
+            is_last = not job.is_adaptive and task.part.number == tasks[-1].part.number
+            yield [self._band(job, task.part, result.film, is_last)] if is_wanted else []
         if not job.is_adaptive:
             return
         differs = pixels_that_differ(distance, settings.height, settings.width, settings.adaptive_threshold)
         self.statistics.refined_pixels = int(np.count_nonzero(differs))
         tasks = job.further_tasks(tasks, differs)
+        if not tasks and is_wanted:
+            yield [self._rows(0, settings.height, True)]
         wanted, begun = sum(len(task) for task in tasks), done
         for task, result in zip(tasks, work(tasks), strict=True):
             self._take(task, result)
             done += len(task)
             fraction = begun / total + (1.0 - begun / total) * (done - begun) / wanted
             progress(fraction, f"further samples where the first differ, {_what(task.part, settings.height)}")
-            yield [self._refined(job, task, result.film)] if is_wanted else []
+            yield [self._refined(job, task, result.film, task is tasks[-1])] if is_wanted else []
 
     def _take(self, task: Task, result: TaskResult) -> None:
         with self.statistics.timed("film"):
@@ -355,15 +358,14 @@ class _Assembly:
             self.buffers.put(task.part.pixels, result.buffers)
         self.statistics.add(result.statistics)
 
-    def _band(self, job: Job, part: SubPicture, film: FilmPart, *, is_last: bool) -> Band:
+    def _band(self, job: Job, part: SubPicture, film: FilmPart, is_finished: bool) -> Band:
         """Show a part; its pixels stand for the square to the right of and below them until others are there."""
         side = refinement(part.step, part.number)
         spread(part, side, self.shown, film.tristimulus(job.spectra, job.observer, job.grid))
         spread(part, side, self.coverage, film.coverage)
-        is_finished = is_last and part.number == part.step * part.step - 1
         return self._rows(int(part.y[0]), int(part.y[-1]) + side, is_finished)
 
-    def _refined(self, job: Job, task: Task, film: FilmPart) -> Band:
+    def _refined(self, job: Job, task: Task, film: FilmPart, is_finished: bool) -> Band:
         """Show further samples of some pixels."""
         earlier, share = task.first / task.end, 1.0 - task.first / task.end
         for image, values in (
@@ -372,7 +374,7 @@ class _Assembly:
         ):
             flat = image.reshape(-1, *image.shape[2:])
             flat[film.pixels] = flat[film.pixels] * image.dtype.type(earlier) + values * image.dtype.type(share)
-        return self._rows(int(task.part.y[0]), int(task.part.y[-1]) + 1, True)
+        return self._rows(int(task.part.y[0]), int(task.part.y[-1]) + 1, is_finished)
 
     def _rows(self, first: int, end: int, is_finished: bool) -> Band:
         rows = slice(first, min(end, len(self.shown)))

@@ -134,6 +134,24 @@ def test_parts_that_are_shown_end_as_the_picture():
     assert [band.is_finished for band in bands] == [False] * (len(bands) - 1) + [True]
 
 
+@pytest.mark.parametrize("size", [(1, 1), (3, 3), (2, 9), (9, 2)])
+def test_pictures_narrower_than_a_tile_are_finished_as_well(size):
+    bands = []
+    settings = replace(SMALL, width=size[0], height=size[1])
+    result = render(soft_still_life(), settings, on_band=bands.append)
+    assert np.isfinite(result.tristimulus()).all()
+    assert [band.is_finished for band in bands] == [False] * (len(bands) - 1) + [True]
+
+
+def test_nothing_to_refine_is_finished_as_well():
+    bands = []
+    settings = replace(SMALL, samples=4, min_samples=2, adaptive_threshold=1e6)
+    result = render(still_life(), settings, on_band=bands.append)
+    assert result.statistics.refined_pixels == 0
+    assert [band.is_finished for band in bands] == [False] * (len(bands) - 1) + [True]
+    np.testing.assert_allclose(bands[-1].tristimulus, result.tristimulus(), rtol=1e-4, atol=1e-6)
+
+
 def test_each_pixel_is_lit_from_the_points_of_its_own_sub_picture():
     """The soft render against single samples through the tree, each from its point of the lamp."""
     scene = still_life()
