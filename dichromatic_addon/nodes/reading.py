@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from .._core import core
@@ -144,13 +144,15 @@ def read_foreign(material: Any, pictures: str = "read") -> ForeignReading:
         If one of our nodes among the shaders cannot be read, or the links form a cycle.
     """
     tree = material.node_tree
-    origin = surface_origin(tree)
+    origin, output = surface_origin(tree), tree.get_output_node("ALL")
     if origin is None or origin.is_unlinked:
-        output = tree.get_output_node("ALL")
         if output is not None and output.inputs["Volume"].is_linked:
             return read_viewport_colour(material, "a volume is not rendered: left out", is_invisible=True)
         return read_viewport_colour(material, "nothing is linked to its Surface output")
-    return read_foreign_surface(material, origin, InputReader(material.name, pictures))
+    reading = read_foreign_surface(material, origin, InputReader(material.name, pictures))
+    ignored = [name for name in ("Volume", "Displacement") if output.inputs[name].is_linked]
+    notes = tuple(f"material '{material.name}': its {name.lower()} is not rendered" for name in ignored)
+    return replace(reading, notes=(*reading.notes, *notes))
 
 
 def _of_foreign(read: ForeignReading) -> MaterialReading:

@@ -245,6 +245,16 @@ def test_what_cycles_does_not_show_is_left_out(scene: Any, what: str, tmp_path: 
     assert any("left out" in note for note in exported.notes)
 
 
+def test_displacement_and_volume_are_noted(scene: Any) -> None:
+    material, tree, target = new_tree()
+    shader(tree, "ShaderNodeBsdfDiffuse", target)
+    shader(tree, "ShaderNodeDisplacement", target.node.inputs["Displacement"])
+    shader(tree, "ShaderNodeVolumeScatter", target.node.inputs["Volume"])
+    notes = read_material(material).notes
+    assert "material 'Foreign': its displacement is not rendered" in notes
+    assert "material 'Foreign': its volume is not rendered" in notes
+
+
 def test_mixtures_with_transparency_are_opaque(scene: Any) -> None:
     material, tree, target = new_tree()
     mix = mixed(tree, target, 0.25)
