@@ -19,13 +19,11 @@ import time
 import numpy as np
 
 from spectral_core.colorimetry import observer, wavelength_grid
-from spectral_core.film import FilmBuilder, add_rows
-from spectral_core.plan import make_plan
+from spectral_core.film import add_rows
+from spectral_core.film_builder import Deposits, FilmBuilder
+from spectral_core.job import Job
 from spectral_core.scene import RenderSettings
-from spectral_core.scene_spectra import SceneSpectra
 from spectral_core.shading import component_coefficients, facing, place_components, surface_points
-from spectral_core.tracing.geometry import Geometry
-from spectral_core.visibility import Visibility
 from tests.benchmarks.cost_scene import seconds_of, ten_balls
 
 WIDTH, HEIGHT = 1280, 720
@@ -36,21 +34,22 @@ class Prepared:
 
     def __init__(self):
         self.scene = ten_balls()
-        settings = RenderSettings(WIDTH, HEIGHT, samples=1)
-        self.plan = make_plan(self.scene, settings)
-        self.spectra = SceneSpectra.from_scene(self.scene)
-        geometry = Geometry.from_instances(self.scene.instances)
-        visibility = Visibility(geometry, self.scene.camera, WIDTH, HEIGHT)
-        hits, directions, _ = visibility.primary(0, HEIGHT, np.array([0.5, 0.5]))
-        self.points = surface_points(geometry, hits, directions)
+        job = Job.prepare(self.scene, RenderSettings(WIDTH, HEIGHT, samples=1, band_samples=WIDTH * HEIGHT))
+        self.plan, self.spectra = job.plan, job.spectra
+        (task,) = job.tasks(1)
+        hits, directions, _ = job.visibility.primary(task.part, np.array([0.5, 0.5]))
+        self.points = surface_points(job.geometry, hits, directions)
         self.groups = self.points.groups()
         self.missed = np.flatnonzero(~hits.hit)
         self.illuminations, self.lit = [], []
-        for light in self.scene.lights:
-            illumination = light.illuminate(self.points.position, geometry.centre)
+        for source in job.sources:
+            at = source.lamp_point(np.array([0.5, 0.5]), job.geometry.centre)
+            illumination = source.illuminate(self.points.position, job.geometry.centre, at)
             candidates = facing(self.points, illumination)
             self.illuminations.append(illumination)
-            self.lit.append(visibility.unoccluded(light, self.points, illumination, candidates, is_scattered=False))
+            self.lit.append(
+                job.visibility.unoccluded(source, at, self.points, illumination, candidates, is_scattered=False)
+            )
 
     def parts(self):
         """Coefficients (n, Km) of every material under every lamp, and the rows of its points."""
@@ -70,7 +69,8 @@ class Prepared:
 def by_terms(ready):
     """(a) the film, and the film's colours."""
     sees, grid = observer("cie_1931_2"), wavelength_grid("exact")
-    film = FilmBuilder(WIDTH, HEIGHT, 1, np.float32, ready.spectra, sees, grid)
+    film = FilmBuilder(WIDTH, HEIGHT, ready.spectra, sees, grid)
+    found = Deposits(np.arange(WIDTH * HEIGHT), WIDTH, np.dtype(np.float32))
     blocks = {
         index: np.zeros((part.stop - part.start, len(ready.plan.materials[index].terms)), np.float32)
         for index, part in ready.groups
@@ -79,9 +79,9 @@ def by_terms(ready):
         width = values.shape[1]
         place_components(blocks[index], rows - part.start, number * width, values)
     for index, part in ready.groups:
-        film.deposit(ready.plan.materials[index].terms, ready.points.ray[part], blocks[index])
-    film.deposit((ready.plan.background,), ready.missed, np.ones((len(ready.missed), 1), np.float32))
-    film.end_band(0, HEIGHT)
+        found.deposit(ready.plan.materials[index].terms, ready.points.ray[part], blocks[index])
+    found.deposit((ready.plan.background,), ready.missed, np.ones((len(ready.missed), 1), np.float32))
+    film.add(found.merge(1))
     return film.finish().tristimulus(ready.spectra, sees, grid)
 
 
