@@ -8,7 +8,7 @@ rendering alone, its scene loaded and its kernels compiled before.
 
 Mitsuba samples wavelengths, four a ray, so that its pictures have colour noise until many samples are taken; here
 colour is integrated at 1 nm whatever the samples, and what is left is the smoothness of edges. Of Mitsuba's samplers
-the one with the least noise for its time is used. Variant llvm_ad_spectral needs a libLLVM (16 or newer;
+the one with the least noise for its time is used. Variant llvm_ad_spectral needs a libLLVM (19 works, 15 does not;
 DRJIT_LIBLLVM_PATH names one); where it does not run scalar_spectral does the work, on a smaller picture. Without
 Mitsuba (``pip install mitsuba``) the benchmark says so and ends.
 """
