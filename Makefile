@@ -12,13 +12,16 @@ SIZE ?= 1280x720
 SAMPLES ?= 8
 # The pictures that `make gallery` makes; all of them when there is none.
 PICTURES ?=
+# How long test-monkey takes, and what it does.
+MINUTES ?= 10
+SEED ?= 1
 
 VENV := .venv
 BIN := $(VENV)/bin
 SETUP := tools/setup_venv.sh $(VENV) $(BLENDER)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup render test test-slow test-matrix test-ui package lint format figures tables stability bench gallery docs clean
+.PHONY: help setup render test test-slow test-matrix test-ui test-monkey package lint format figures tables stability bench gallery docs clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -46,6 +49,10 @@ test-matrix:  ## the add-on on Blender 4.2, 4.5, 5.0 and, with Python 3.13, 5.2 
 test-ui:  ## in Blender's window: panels, nodes, F12 and ESC (BLENDER_GUI= names a Blender); pictures in artifacts/ui
 	@$(SETUP) test
 	$(BIN)/python -m pytest -m ui -rs --timeout=900 tests/ui
+
+test-monkey:  ## ten minutes of random clicks and edits in Blender's window (MINUTES=, SEED=)
+	@$(SETUP) test
+	$(BIN)/python -m tests.ui.monkey --minutes $(MINUTES) --seed $(SEED)
 
 package:  ## build and validate dist/dichromatic-<version>.zip
 	@$(SETUP)

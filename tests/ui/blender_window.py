@@ -23,7 +23,7 @@ from typing import Any
 
 from tools.package import ROOT, source_files
 
-__all__ = ["ARTIFACTS", "NoWindowError", "Played", "console_errors", "play", "window_command"]
+__all__ = ["ARTIFACTS", "NoWindowError", "Played", "console_errors", "play", "python_errors", "window_command"]
 
 INSIDE = Path(__file__).resolve().parent / "inside"
 ARTIFACTS = ROOT / "artifacts" / "ui"
@@ -34,6 +34,9 @@ TALL = (1600, 1800)  # a tab of the Properties editor is seen from top to bottom
 _HARMLESS = re.compile(
     r"ALSA|Unable to open a display|XDG|libEGL|MESA|EGL|vulkan|Vulkan|pipewire|PulseAudio|dbus|"
     r"Error: (region could not be drawn|Not freed memory)?$"
+)
+_PYTHON = re.compile(
+    r"^Traceback|^Error: Python|pyrna_|rna_ui|UILayout|property not found|no enum item|matches no enum"
 )
 _WRONG = re.compile(
     r"Traceback|\bError\b|Exception|\bWARN(ING)?\b.*(rna|bpy|enum)|pyrna_|rna_ui|UILayout|property not found|"
@@ -181,6 +184,8 @@ def play(
         parts += ["--python-exit-code", "3", "--python", str(INSIDE / f"{script}.py"), "--", str(folder), *arguments]
         with _screen(environment):
             console, code = _run(parts, environment, folder / "console.txt", seconds)
+        for crash in Path(resources).glob("*.crash.txt"):
+            shutil.copyfile(crash, folder / "crash.txt")
     ending = "\n".join(console.splitlines()[-40:])
     assert report.is_file(), f"{script} wrote no report (exit code {code}):\n{ending}"
     told = json.loads(report.read_text(encoding="utf-8"))
@@ -203,6 +208,11 @@ def _run(parts: Sequence[str], environment: dict[str, str], log: Path, seconds: 
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
     return log.read_text(encoding="utf-8", errors="replace"), code
+
+
+def python_errors(console: str) -> list[str]:
+    """Return the lines in which Python complains, and not what operators and renders report to the user."""
+    return [line for line in console.splitlines() if _PYTHON.search(line)]
 
 
 def console_errors(console: str) -> list[str]:
