@@ -145,13 +145,15 @@ class Monkey:
             self.say(f"operator {name} {given}")
             operator(**given)
 
+    def push(self) -> None:
+        with self.stage.override(self.stage.area("PROPERTIES")):
+            bpy.ops.ed.undo_push(message="monkey")
+
     def history(self) -> None:
         with self.stage.override(self.stage.area("PROPERTIES")):
-            action = self.random.choice(("push", "undo", "undo", "redo"))
+            action = self.random.choice(("undo", "undo", "redo"))
             self.say(action)
-            if action == "push":
-                bpy.ops.ed.undo_push(message="monkey")
-            elif action == "undo" and bpy.ops.ed.undo.poll():
+            if action == "undo" and bpy.ops.ed.undo.poll():
                 bpy.ops.ed.undo()
             elif action == "redo" and bpy.ops.ed.redo.poll():
                 bpy.ops.ed.redo()
@@ -220,6 +222,8 @@ class Monkey:
         self.done[action.__name__] += 1
         try:
             action()
+            if action in (self.value, self.socket, self.blender_value, self.node, self.thing, self.operator):
+                self.push()  # as Blender does for what a user edits; without it, its undo is led astray and crashes
         except RuntimeError as error:  # what an operator reports to the user
             if "Traceback" in str(error):
                 self.wrong(error)
