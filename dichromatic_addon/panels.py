@@ -249,7 +249,7 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
         settings = context.scene.dichromatic
         layout.prop(settings, "quality")
         layout.prop(settings, "samples")
-        heading = layout.column(heading="Adaptive Sampling")
+        heading = layout.column(heading="Adaptive")
         row = heading.row(align=True)
         row.prop(settings, "use_adaptive", text="")
         threshold = row.row(align=True)

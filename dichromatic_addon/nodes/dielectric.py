@@ -87,7 +87,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
                 1.0,
                 low=0.0,
                 high=1.0e6,
-                description="S_I, the strength of the highlight at its centre, relative to matte white (no unit). "
+                description="S_I, the strength of the highlight at its center, relative to matte white (no unit). "
                 "The paper's cups have 5",
             ),
             N_INPUT,
@@ -120,7 +120,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
                 "Interface Reflectance",
                 "COLOR",
                 (0.9, 0.9, 0.9, 1.0),
-                description="S_I, the spectral reflectance of the highlight at its centre, relative to matte white. "
+                description="S_I, the spectral reflectance of the highlight at its center, relative to matte white. "
                 "Link a Spectrum or Image Texture node, or choose a color, which is uplifted to a smooth spectrum",
             ),
             N_INPUT,

@@ -125,7 +125,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
         update=update_callback(_changed),
     )
     centre_nm: FloatProperty(
-        name="Centre (nm)",
+        name="Center (nm)",
         description="Wavelength of the band's peak in nm",
         default=550.0,
         min=360.0,
@@ -146,7 +146,7 @@ class DichromaticNodeSpectrum(DichromaticNode, bpy.types.ShaderNodeCustomGroup):
     )
     peak: FloatProperty(
         name="Peak",
-        description="Value at the centre of the band (a reflectance, 0 to 1)",
+        description="Value at the center of the band (a reflectance, 0 to 1)",
         default=0.8,
         min=0.0,
         soft_max=1.0,
