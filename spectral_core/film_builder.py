@@ -21,6 +21,8 @@ from .scene_spectra import SceneSpectra, Term
 __all__ = ["Deposits", "FilmBuilder", "FilmPart", "joined_parts"]
 
 Terms = tuple[Term, ...]
+_MOST_PENDING = 1 << 26  # bytes of deposits that wait to be added up; with many samples there would be no end to them
+
 Label = tuple[str, int] | None  # component and emitter of light that is told apart without its terms
 
 
@@ -106,10 +108,40 @@ class FilmPart:
 
 @dataclass(slots=True)
 class _Pending:
-    """Deposits of one list of terms."""
+    """Deposits of one list of terms, or of one label: the sum of earlier ones, and those that wait."""
 
     pixels: list[NDArray[np.int64]] = field(default_factory=list)
     coefficients: list[NDArray[np.floating[Any]]] = field(default_factory=list)
+    present: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    total: NDArray[np.float64] | None = None
+
+    def add_up(self, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Pixels (n,) of `count` that have light, and its sum (n, K), in float64 in the order of the deposits.
+
+        The order is that of the deposits however often it is asked for, so that sums are the same to the last bit.
+        """
+        if not self.pixels and self.total is not None:
+            return self.present, self.total
+        is_lit = np.zeros(count, bool)
+        is_lit[self.present] = True
+        for pixels in self.pixels:
+            is_lit[pixels] = True
+        present = np.flatnonzero(is_lit)
+        row_of = np.zeros(count, np.int64)
+        row_of[present] = np.arange(len(present))
+        total = np.zeros((len(present), self.coefficients[0].shape[1]))
+        if self.total is not None:
+            total[row_of[self.present]] = self.total
+        for pixels, values in zip(self.pixels, self.coefficients, strict=True):
+            rows = row_of[pixels]
+            if _is_increasing(pixels) or len(np.unique(rows)) == len(rows):
+                add_rows(total, rows, values)
+            else:
+                np.add.at(total, rows, values)
+        self.pixels.clear()
+        self.coefficients.clear()
+        self.present, self.total = present, total
+        return present, total
 
 
 class Deposits:
@@ -131,6 +163,7 @@ class Deposits:
         self._dtype = dtype
         self._pending: dict[Terms, _Pending] = {}
         self._colour: dict[Label, _Pending] = {}
+        self._waiting = 0  # bytes
         self._hits = np.zeros(len(pixels), np.float32)
         self._planes: dict[str, NDArray[np.float32]] = {}
 
@@ -161,9 +194,7 @@ class Deposits:
             at = int(np.argwhere(~np.isfinite(coefficients))[0][0])
             row, column = divmod(int(self._pixels[pixels[at]]), self._full_width)
             raise InvalidParameterError(f"a geometric coefficient of pixel ({column}, {row}) is not finite")
-        pending = self._pending.setdefault(terms, _Pending())
-        pending.pixels.append(pixels)
-        pending.coefficients.append(coefficients)
+        self._keep(self._pending.setdefault(terms, _Pending()), pixels, coefficients)
 
     def deposit_colour(
         self, pixels: NDArray[np.int64], tristimulus: NDArray[np.floating[Any]], label: Label = None
@@ -188,9 +219,16 @@ class Deposits:
         Own design.
         """
         if len(pixels):
-            pending = self._colour.setdefault(label, _Pending())
-            pending.pixels.append(pixels)
-            pending.coefficients.append(tristimulus)
+            self._keep(self._colour.setdefault(label, _Pending()), pixels, tristimulus)
+
+    def _keep(self, pending: _Pending, pixels: NDArray[np.int64], values: NDArray[np.floating[Any]]) -> None:
+        pending.pixels.append(pixels)
+        pending.coefficients.append(values)
+        self._waiting += pixels.nbytes + values.nbytes
+        if self._waiting > _MOST_PENDING:
+            for some in (*self._pending.values(), *self._colour.values()):
+                some.add_up(len(self._pixels))
+            self._waiting = 0
 
     def count_hits(self, pixels: NDArray[np.int64], share: NDArray[np.floating[Any]] | float = 1.0) -> None:
         """Note which pixels' samples met a surface.
@@ -261,31 +299,20 @@ class Deposits:
         blocks = tuple(self._merged(terms, pending, samples) for terms, pending in self._pending.items())
         fixed: dict[Label, NDArray[np.float64]] = {}
         for label, pending in self._colour.items():
-            at, values = np.concatenate(pending.pixels), np.concatenate(pending.coefficients)
-            count = len(self._pixels)
-            fixed[label] = np.stack([np.bincount(at, values[:, c], count) for c in range(3)], axis=1) / samples
+            present, total = pending.add_up(len(self._pixels))
+            fixed[label] = np.zeros((len(self._pixels), 3))
+            fixed[label][present] = total / samples
         return FilmPart(self._pixels, samples, blocks, self._hits, fixed, self._planes)
 
     def _merged(self, terms: Terms, pending: _Pending, samples: int) -> FilmBlock:
         """Mean over the samples of each pixel, added in float64 in the order of the deposits."""
-        if samples == 1 and len(pending.pixels) == 1 and _is_increasing(pending.pixels[0]):
+        is_alone = pending.total is None and len(pending.pixels) == 1
+        if samples == 1 and is_alone and _is_increasing(pending.pixels[0]):
             values = pending.coefficients[0].astype(self._dtype, copy=False)
             return FilmBlock(terms, np.take(self._pixels, pending.pixels[0]).astype(np.int32), values)
-        is_lit = np.zeros(len(self._pixels), bool)
-        for pixels in pending.pixels:
-            is_lit[pixels] = True
-        present = np.flatnonzero(is_lit)
-        row_of = np.zeros(len(self._pixels), np.int64)
-        row_of[present] = np.arange(len(present))
-        total = np.zeros((len(present), len(terms)))
-        for pixels, values in zip(pending.pixels, pending.coefficients, strict=True):
-            rows = row_of[pixels]
-            if _is_increasing(pixels) or len(np.unique(rows)) == len(rows):
-                add_rows(total, rows, values)
-            else:
-                np.add.at(total, rows, values)
-        total /= samples
-        return FilmBlock(terms, np.take(self._pixels, present).astype(np.int32), total.astype(self._dtype, copy=False))
+        present, total = pending.add_up(len(self._pixels))
+        values = (total / samples).astype(self._dtype, copy=False)
+        return FilmBlock(terms, np.take(self._pixels, present).astype(np.int32), values)
 
 
 class FilmBuilder:

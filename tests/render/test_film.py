@@ -1,10 +1,14 @@
 """The film: merging of samples, relighting, the memory limit, progress and cancel."""
 
+import tracemalloc
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spectral_core import film_builder
 from spectral_core.colorimetry import observer, wavelength_grid
 from spectral_core.errors import InvalidParameterError, RenderCancelledError, SceneError
 from spectral_core.film import add_rows
@@ -62,6 +66,37 @@ def test_pixels_of_a_deposit_may_come_in_any_order(samples, order):
     assert np.array_equal(block.pixels, np.flatnonzero(expected[:, 0]))
     assert block.pixels.dtype == np.int32
     assert np.array_equal(block.coefficients, (expected / samples).astype(np.float32)[block.pixels])
+
+
+def test_memory_for_deposits_does_not_grow_with_the_samples():
+    rows, samples, terms = 1 << 16, 64, tuple(Term(emitter) for emitter in range(8))
+    rng = np.random.default_rng(1)
+    deposits = Deposits(np.arange(rows), 256, np.dtype(np.float32))
+    tracemalloc.start()
+    for _ in range(samples):
+        deposits.deposit(terms, np.arange(rows), rng.random((rows, 8), np.float32))
+        deposits.deposit_colour(np.arange(rows), rng.random((rows, 3)))
+    part = deposits.merge(samples)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    waiting = samples * rows * (8 * 4 + 3 * 8 + 2 * 8)
+    assert peak < 0.5 * waiting
+    np.testing.assert_allclose(part.blocks[0].coefficients.mean(), 0.5, atol=1e-3)
+
+
+@pytest.mark.parametrize("bounce_spectra", ["terms", "nodes"])
+def test_when_deposits_are_added_up_changes_nothing(bounce_spectra, monkeypatch):
+    scene = still_life()
+    mirrors = tuple(replace(material, mirror=0.6) for material in scene.materials)
+    scene = replace(scene, materials=mirrors)
+    settings = RenderSettings(24, 16, samples=3, bounce_spectra=bounce_spectra, split_light=True, threads=1)
+    at_the_end = render(scene, settings)
+    monkeypatch.setattr(film_builder, "_MOST_PENDING", 5000)
+    often = render(scene, settings)
+    assert np.array_equal(often.tristimulus(), at_the_end.tristimulus())
+    for one, other in zip(often.film.blocks, at_the_end.film.blocks, strict=True):
+        assert np.array_equal(one.pixels, other.pixels)
+        assert np.array_equal(one.coefficients, other.coefficients)
 
 
 def test_rows_are_added_where_they_belong():
