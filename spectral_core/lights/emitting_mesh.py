@@ -41,10 +41,10 @@ class EmittingMesh:
         self._normals = geometry.geometric_normals[triangles].astype(np.float64)
         self._lift = _LIFT * geometry.radius
         self.is_closed = _is_closed(geometry.triangles[triangles])
-        inner = self._corners - geometry.centre
-        volume = float(np.einsum("ij,ij->i", inner[:, 0], np.cross(inner[:, 1], inner[:, 2])).sum())
-        if self.is_closed and volume < 0.0:
-            self._normals = -self._normals
+        if self.is_closed and len(triangles):  # then so is each instance
+            inner, owner = self._corners - geometry.centre, geometry.instance_index[triangles]
+            volume = np.bincount(owner, np.einsum("ij,ij->i", inner[:, 0], np.cross(inner[:, 1], inner[:, 2])))
+            self._normals[volume[owner] < 0.0] *= -1.0
 
     @property
     def area(self) -> float:

@@ -206,6 +206,17 @@ def test_a_glowing_ball_gives_what_its_size_in_the_sky_says():
     assert irradiance(light, ORIGIN) == pytest.approx(math.pi / 9.0 * shrunk, rel=2e-2)
 
 
+def test_each_closed_mesh_shines_outwards_whichever_way_it_is_wound():
+    plain = ball(2)
+    turned = Mesh(plain.vertices, plain.triangles[:, ::-1])
+    geometry = Geometry.from_instances([placed(plain, (5.0, 0.0, 0.0), 2.0), placed(turned, (-5.0, 0.0, 0.0))], float)
+    light = EmittingMesh(geometry, np.arange(geometry.triangle_count), "glow")
+    for u in cube_points(64):
+        at = light.lamp_point(u, ORIGIN)
+        middle = np.array([5.0 if at.position[0] > 0.0 else -5.0, 0.0, 0.0])
+        assert at.normal @ (at.position - middle) > 0.5
+
+
 def test_both_sides_of_an_open_surface_glow():
     sheet = Instance(floor(0.5), _at((0.0, 0.0, 2.0)))
     geometry = Geometry.from_instances([sheet], np.float64)
