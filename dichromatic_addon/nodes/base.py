@@ -65,6 +65,7 @@ class DichromaticNode:
     """
 
     recipe = None  # type: Any
+    new_width = 250
 
     @classmethod
     def poll(cls, tree: Any) -> bool:
@@ -74,7 +75,7 @@ class DichromaticNode:
     def init(self: Any, context: Any) -> None:
         """Give a new node the shared group, its defaults and its width."""
         self.node_tree = shared_group(self.recipe)
-        self.width = 250
+        self.width = self.new_width
         self.bring_up_to_date()
 
     def bring_up_to_date(self: Any) -> None:

@@ -69,6 +69,7 @@ class DichromaticNodePlastic(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     bl_idname = PLASTIC_NODE
     bl_label = "Dichromatic Plastic"
+    new_width = 340  # so that the names of its spectra are not cut off
     bl_description = (
         "Plastics and paints (Tominaga 1996, Type I): a colored body below an interface that reflects "
         "all wavelengths alike"
@@ -104,6 +105,7 @@ class DichromaticNodeCloth(_Dielectric, bpy.types.ShaderNodeCustomGroup):
 
     bl_idname = CLOTH_NODE
     bl_label = "Dichromatic Cloth/Paper"
+    new_width = 340  # so that the names of its spectra are not cut off
     bl_description = (
         "Cloth and paper (Tominaga 1996, Type II): a colored body and an interface with a "
         "spectral reflectance of its own"

@@ -83,7 +83,7 @@ def set_surface_node(material: Any, node_type: str) -> Any:
         return old
     node = tree.nodes.new(node_type)
     if old is None:
-        node.location = (output.location.x - 300, output.location.y)
+        node.location = (output.location.x - node.width - 60, output.location.y)
     else:
         node.location = old.location
         _keep_inputs(tree, old, node)

@@ -109,7 +109,7 @@ def a_material(stage: Stage) -> Step:
         add_node(stage, kind)
     tree = tree_of()
     for number, node in enumerate(tree.nodes):
-        node.location = (300 * number, 0)
+        node.location = (400 * number, 0)
     with stage.override(area):
         for giver, taker in ((SPECTRUM, PLASTIC), (PLASTIC, "ShaderNodeOutputMaterial")):
             for node in tree.nodes:
@@ -118,8 +118,9 @@ def a_material(stage: Stage) -> Step:
             bpy.ops.node.link_make()
     links = [(link.from_node.bl_idname, link.to_node.bl_idname, link.to_socket.name) for link in tree.links]
     assert links == [(SPECTRUM, PLASTIC, "Body Reflectance"), (PLASTIC, "ShaderNodeOutputMaterial", "Surface")], links
-    frame_nodes(stage)
     yield from drawn_node(stage, "a material of linked nodes")
+    frame_nodes(stage)  # which knows their sizes once they were drawn
+    yield from drawn_node(stage, "a material of linked nodes, framed")
     stage.shot("linked", area)
 
     def spectrum() -> Any:
