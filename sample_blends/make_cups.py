@@ -154,9 +154,9 @@ def build() -> None:
     add_camera("Camera", (0.0, -0.80, 0.25), (0.004, 0.0, 0.043), focal_mm=85.0)
     lamps = [
         add_point_light("Key", (-1.05, -0.85, 1.20), 140.0, 0.05),
-        add_point_light("Fill from the right", (1.05, -0.75, 1.05), 30.0),
-        add_point_light("Fill beside the camera", (0.03, -0.82, 0.29), 3.5),
-        add_spot_light("Backdrop light", (0.0, 0.55, 1.2), (0.0, 0.66, 0.0), 14.0, math.radians(60.0), 1.0),
+        add_point_light("Fill from the right", (1.05, -0.75, 1.05), 30.0, 0.30),
+        add_point_light("Fill beside the camera", (0.03, -0.82, 0.29), 3.5, 0.02),
+        add_spot_light("Backdrop light", (0.0, 0.55, 1.2), (0.0, 0.66, 0.0), 14.0, math.radians(60.0), 1.0, 0.10),
     ]
     for lamp in lamps:
         set_lamp(lamp, LAMP)
