@@ -25,7 +25,7 @@ PANELS = {
     "panel_material": ("panels/material_plastic_source_library", 1, 2),
     "panel_metal": ("panels/material_metal", 1, 1),
     "panel_light": ("panels/light_point_source_library", 1, 2),
-    "panel_world": ("panels/world_source_library", 0, 0),
+    "panel_world": ("panels/world_source_library", 1, 1),
     "panel_sampling": ("panels/mesh_render", 0, 0),
     "panel_spectral": ("panels/mesh_render", 1, 1),
     "panel_mirrored_light": ("panels/mesh_render", 2, 2),
