@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +12,24 @@ import pytest
 
 # Without the bpy module the tests of the core remain.
 collect_ignore_glob = [] if importlib.util.find_spec("bpy") else ["test_*.py"]
+
+
+_statuses: list[int] = []
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    _statuses.append(int(exitstatus))
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """End at once after a failure: its traceback keeps the bpy module alive, and Blender 4.5 then waits for ever.
+
+    Its destructor waits for a thread of its own that is only ended when the module is let go; mended in Blender 5.0.
+    """
+    if _statuses and _statuses[-1] != 0 and "bpy" in sys.modules:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_statuses[-1])
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +91,7 @@ def test_flat_primaries_and_negative_light_are_refused(tmp_path):
 
 def test_the_example_of_the_documentation_can_be_read(tmp_path):
     page = (Path(__file__).resolve().parents[2] / "docs" / "colour.md").read_text(encoding="utf-8")
-    example = [line.strip() for line in page.splitlines() if line.startswith("    ")]
-    shown = read_display(write(tmp_path, "\n".join(example)))
+    (example,) = re.findall(r"^```text\n(channel,.*?)^```", page, re.MULTILINE | re.DOTALL)
+    shown = read_display(write(tmp_path, example))
     assert shown.drive_table.tolist() == [0.0, 128 / 255, 1.0]
     np.testing.assert_allclose(shown.white, [0.95, 1.0, 1.088], rtol=1e2 * FLOAT64_ROUNDING)
