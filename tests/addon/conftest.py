@@ -22,11 +22,13 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """End at once after a failure: its traceback keeps the bpy module alive, and Blender 4.5 then waits for ever.
+    """End at once when all is reported: Blender 4.5 may wait for ever where Python ends by itself.
 
-    Its destructor waits for a thread of its own that is only ended when the module is let go; mended in Blender 5.0.
+    Something that outlives the tests (a traceback of a failure, a cache of `typing`) keeps the bpy module alive; then
+    a destructor of Blender's waits for a thread of its own that is only ended when the module is let go. Mended in
+    Blender 5.0.
     """
-    if _statuses and _statuses[-1] != 0 and "bpy" in sys.modules:
+    if _statuses and "bpy" in sys.modules:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(_statuses[-1])
