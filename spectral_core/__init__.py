@@ -56,7 +56,7 @@ from .reflection.energy import energy_warnings
 from .reflection.materials import Material, TypeI, TypeII, TypeIII
 from .reflection.mirror import MIRROR
 from .render_file import open_render, save_render
-from .renderer import Band, Render, render, render_bands
+from .renderer import Band, Render, render
 from .resampling import resample
 from .rgb_uplift import uplift
 from .scene import Emission, RenderSettings, Scene, World
@@ -167,7 +167,6 @@ __all__ = [
     "reflectance_names",
     "relit_by",
     "render",
-    "render_bands",
     "replacing",
     "require_plain",
     "resample",

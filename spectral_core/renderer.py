@@ -25,7 +25,7 @@ from .sub_pictures import SubPicture, refinement, spread
 from .tracing.acceleration import Acceleration
 from .workers import remote_results, results, stopper, thread_count
 
-__all__ = ["Band", "Cancel", "Progress", "Render", "render", "render_bands"]
+__all__ = ["Band", "Cancel", "Progress", "Render", "render"]
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -225,44 +225,6 @@ def render(
     finished.statistics.seconds["total"] = time.perf_counter() - started
     tell(1.0, "done")
     return finished
-
-
-def render_bands(
-    scene: Scene, settings: RenderSettings | None = None, *, acceleration: Acceleration | None = None
-) -> Iterator[Band]:
-    """Render a scene band by band, at the caller's pace: for views that must answer between two bands.
-
-    Parameters
-    ----------
-    scene : Scene
-        What to render; it needs a camera.
-    settings : RenderSettings, optional
-        How; the defaults when left out. ``band_samples`` bounds the work between two bands.
-    acceleration : Acceleration, optional
-        What is known of the scene's triangles from an earlier render.
-
-    Yields
-    ------
-    Band
-        From the top down; where light comes from lamps with a size, coarse to fine.
-
-    Raises
-    ------
-    SceneError
-        If the scene has no camera.
-    InvalidParameterError
-        If a spectrum or parameter is invalid.
-
-    References
-    ----------
-    As :func:`render`.
-    """
-    job = Job.prepare(scene, settings or RenderSettings(), None, acceleration)
-    assembly = _Assembly.of(job)
-    for found in assembly.rounds(
-        job, 1, lambda tasks: results(job, tasks, 1, _never), _ignore_progress, is_wanted=True
-    ):
-        yield from found
 
 
 def _ignore_progress(fraction: float, message: str) -> None:
