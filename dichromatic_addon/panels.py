@@ -14,6 +14,7 @@ from .nodes.editing import surface_items, surface_node_of
 from .nodes.image_panel import draw_image_node
 from .nodes.images import IMAGE_NODE
 from .output_display import monitor_problem
+from .panel_base import PropertiesPanel, columns
 from .presets import DICHROMATIC_MT_material_presets
 from .properties import MONITOR, illuminant_problem
 from .view_transform import is_colorimetric, view_notes
@@ -41,24 +42,6 @@ NOT_SHARED_PREFIXES = (  # features that our engine does not render
 NOT_SHARED = {"DATA_PT_light", "NODE_DATA_PT_light"}  # our light panel has the type of the light itself
 
 
-class _DichromaticPanel:
-    """What the panels have in common: where they are, and that they are for our engine only."""
-
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    COMPAT_ENGINES = {ENGINE_ID}
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
-
-
-def _columns(layout: Any) -> Any:
-    layout.use_property_split = True
-    layout.use_property_decorate = False
-    return layout
-
-
 def _draw_file(layout: Any, settings: Any) -> None:
     row = layout.row(align=True)
     row.prop(settings, "filepath")
@@ -81,7 +64,7 @@ def _draw_illuminant(layout: Any, context: Any, owner: Any) -> None:
     draw_wrapped(layout, illuminant_problem(owner), "ERROR", panel_line(context))
 
 
-class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_material(PropertiesPanel, bpy.types.Panel):
     bl_label = "Surface"
     bl_context = "material"
 
@@ -93,7 +76,7 @@ class DICHROMATIC_PT_material(_DichromaticPanel, bpy.types.Panel):
         self.layout.menu(DICHROMATIC_MT_material_presets.bl_idname, text="", icon="PRESET")
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         material = context.material
         node = surface_node_of(material) if node_tree_of(material) else None
         known = {item[0]: item[1] for item in surface_items}
@@ -137,7 +120,7 @@ def _draw_surface_node(layout: Any, context: Any, node: Any) -> None:
         header.label(text=socket.name)
         header.operator("dichromatic.unlink_spectrum", text="", icon="X", emboss=False).input_name = socket.name
         if body is not None:
-            _draw_linked(_columns(body), context, socket.links[0].from_node)
+            _draw_linked(columns(body), context, socket.links[0].from_node)
     draw_link_problems(node, layout, panel_line(context))
 
 
@@ -161,7 +144,7 @@ def _draw_linked(layout: Any, context: Any, source: Any) -> None:
     draw_link_problems(source, layout, panel_line(context))
 
 
-class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_light(PropertiesPanel, bpy.types.Panel):
     bl_label = "Light"
     bl_context = "data"
 
@@ -173,7 +156,7 @@ class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
         layout = self.layout
         light = context.light
         layout.row().prop(light, "type", expand=True)
-        _columns(layout)
+        columns(layout)
         column = layout.column()
         column.prop(light, "energy", text="Strength" if light.type == "SUN" else "Power")
         if hasattr(light, "exposure"):
@@ -194,7 +177,7 @@ class DICHROMATIC_PT_light(_DichromaticPanel, bpy.types.Panel):
         column.prop(light, "use_shadow", text="Cast Shadow")
 
 
-class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_light_illuminant(PropertiesPanel, bpy.types.Panel):
     bl_label = "Illuminant"
     bl_context = "data"
 
@@ -203,7 +186,7 @@ class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
         return bool(context.light) and super().poll(context)
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         light = context.light
         _draw_illuminant(layout, context, light)
         if light.dichromatic.source == "COLOR":
@@ -215,7 +198,7 @@ class DICHROMATIC_PT_light_illuminant(_DichromaticPanel, bpy.types.Panel):
             column.prop(light, "color")
 
 
-class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_world(PropertiesPanel, bpy.types.Panel):
     bl_label = "Background"
     bl_context = "world"
 
@@ -224,7 +207,7 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
         return bool(context.world) and super().poll(context)
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         world = context.world
         layout.prop(world.dichromatic, "lights_surfaces")
         _draw_illuminant(layout, context, world)
@@ -240,12 +223,12 @@ class DICHROMATIC_PT_world(_DichromaticPanel, bpy.types.Panel):
         layout.template_node_view(tree, output, output.inputs["Surface"])
 
 
-class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_sampling(PropertiesPanel, bpy.types.Panel):
     bl_label = "Sampling"
     bl_context = "render"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         settings = context.scene.dichromatic
         layout.prop(settings, "quality")
         layout.prop(settings, "samples")
@@ -268,25 +251,25 @@ class DICHROMATIC_PT_sampling(_DichromaticPanel, bpy.types.Panel):
             column.label(text=line, icon="BLANK1" if index else "INFO")
 
 
-class DICHROMATIC_PT_spectrum(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_spectrum(PropertiesPanel, bpy.types.Panel):
     bl_label = "Spectral"
     bl_context = "render"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         settings = context.scene.dichromatic
         layout.prop(settings, "observer")
         layout.prop(settings, "grid")
         layout.prop(settings, "precision")
 
 
-class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_mirrors(PropertiesPanel, bpy.types.Panel):
     bl_label = "Mirrored Light"
     bl_context = "render"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         settings = context.scene.dichromatic
         layout.prop(settings, "max_bounces")
         layout.prop(settings, "bounce_spectra", text="Spectra")
@@ -298,12 +281,12 @@ class DICHROMATIC_PT_mirrors(_DichromaticPanel, bpy.types.Panel):
         column.prop(settings, "bounce_grid")
 
 
-class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_adaptation(PropertiesPanel, bpy.types.Panel):
     bl_label = "White Adaptation"
     bl_context = "render"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         settings = context.scene.dichromatic
         layout.prop(settings, "adaptation")
         column = layout.column()
@@ -318,12 +301,12 @@ class DICHROMATIC_PT_adaptation(_DichromaticPanel, bpy.types.Panel):
             column.prop(settings, "white_light")
 
 
-class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_output(PropertiesPanel, bpy.types.Panel):
     bl_label = "Film and Output"
     bl_context = "render"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         scene = context.scene
         layout.prop(scene.render, "film_transparent")
         view = scene.view_settings
@@ -346,7 +329,7 @@ class DICHROMATIC_PT_output(_DichromaticPanel, bpy.types.Panel):
         layout.operator("dichromatic.render_image", icon="IMAGE_DATA")
 
 
-class DICHROMATIC_PT_simplify(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_simplify(PropertiesPanel, bpy.types.Panel):
     bl_label = "Simplify"
     bl_context = "render"
     bl_options = {"DEFAULT_CLOSED"}
@@ -355,20 +338,20 @@ class DICHROMATIC_PT_simplify(_DichromaticPanel, bpy.types.Panel):
         self.layout.prop(context.scene.render, "use_simplify", text="")
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         render = context.scene.render
         layout.active = render.use_simplify
         layout.prop(render, "simplify_subdivision_render", text="Max Subdivision")
         layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
-class DICHROMATIC_PT_performance(_DichromaticPanel, bpy.types.Panel):
+class DICHROMATIC_PT_performance(PropertiesPanel, bpy.types.Panel):
     bl_label = "Performance"
     bl_context = "render"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         render = context.scene.render
         column = layout.column()
         column.prop(render, "threads_mode")

@@ -7,6 +7,7 @@ import bpy
 from . import last_render
 from .live_relight import image_name
 from .names import ENGINE_ID
+from .panel_base import PropertiesPanel
 from .relighting import settings_differences
 from .study_settings import STANDARD_LAMPS
 from .wrapped import draw_wrapped, panel_line
@@ -14,15 +15,8 @@ from .wrapped import draw_wrapped, panel_line
 __all__ = ["CLASSES", "register", "unregister"]
 
 
-class _InRenderProperties:
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
+class _InRenderProperties(PropertiesPanel):
     bl_context = "render"
-    COMPAT_ENGINES = {ENGINE_ID}
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return bool(context.engine in cls.COMPAT_ENGINES)
 
 
 class _StudyInRenderProperties(_InRenderProperties):

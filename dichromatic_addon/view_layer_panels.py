@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .names import ENGINE_ID
+from .panel_base import PropertiesPanel, columns
 from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "register", "unregister"]
@@ -12,38 +12,20 @@ __all__ = ["CLASSES", "register", "unregister"]
 _WITH_SURFACES = frozenset({"MESH", "CURVE", "SURFACE", "FONT", "META"})
 
 
-class _Panel:
-    """What the panels have in common."""
-
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    COMPAT_ENGINES = {ENGINE_ID}
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
-
-
-def _columns(layout: Any) -> Any:
-    layout.use_property_split = True
-    layout.use_property_decorate = False
-    return layout
-
-
-class DICHROMATIC_PT_override(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_override(PropertiesPanel, bpy.types.Panel):
     bl_label = "Override"
     bl_context = "view_layer"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         view_layer = context.view_layer
         layout.prop(view_layer, "material_override")
         layout.prop(view_layer, "world_override")
         layout.prop(view_layer, "samples")
 
 
-class DICHROMATIC_PT_passes(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_passes(PropertiesPanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
 
@@ -51,13 +33,13 @@ class DICHROMATIC_PT_passes(_Panel, bpy.types.Panel):
         pass
 
 
-class DICHROMATIC_PT_passes_data(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_passes_data(PropertiesPanel, bpy.types.Panel):
     bl_label = "Data"
     bl_context = "view_layer"
     bl_parent_id = "DICHROMATIC_PT_passes"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         view_layer = context.view_layer
         column = layout.column(heading="Include", align=True)
         column.prop(view_layer, "use_pass_z", text="Depth")
@@ -68,13 +50,13 @@ class DICHROMATIC_PT_passes_data(_Panel, bpy.types.Panel):
         column.prop(view_layer, "use_pass_material_index", text="Material Index")
 
 
-class DICHROMATIC_PT_passes_light(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_passes_light(PropertiesPanel, bpy.types.Panel):
     bl_label = "Light"
     bl_context = "view_layer"
     bl_parent_id = "DICHROMATIC_PT_passes"
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         view_layer = context.view_layer
         column = layout.column(heading="Reflection", align=True)
         column.prop(view_layer.dichromatic, "use_pass_body")
@@ -85,14 +67,14 @@ class DICHROMATIC_PT_passes_light(_Panel, bpy.types.Panel):
         column.prop(view_layer, "use_pass_shadow", text="Shadow")
 
 
-class DICHROMATIC_PT_passes_lightgroups(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_passes_lightgroups(PropertiesPanel, bpy.types.Panel):
     bl_label = "Light Groups"
     bl_context = "view_layer"
     bl_parent_id = "DICHROMATIC_PT_passes"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         view_layer = context.view_layer
         row = layout.row()
         row.column().template_list(
@@ -118,7 +100,7 @@ def _draw_light_group(layout: Any, owner: Any, view_layer: Any) -> None:
     sub.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
 
 
-class DICHROMATIC_PT_object_light_group(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_object_light_group(PropertiesPanel, bpy.types.Panel):
     bl_label = "Light Group"
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}
@@ -129,10 +111,10 @@ class DICHROMATIC_PT_object_light_group(_Panel, bpy.types.Panel):
         return bool(obj) and obj.type in {"LIGHT", "EMPTY", *_WITH_SURFACES} and super().poll(context)
 
     def draw(self, context: Any) -> None:
-        _draw_light_group(_columns(self.layout), context.object, context.view_layer)
+        _draw_light_group(columns(self.layout), context.object, context.view_layer)
 
 
-class DICHROMATIC_PT_world_light_group(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_world_light_group(PropertiesPanel, bpy.types.Panel):
     bl_label = "Light Group"
     bl_context = "world"
     bl_options = {"DEFAULT_CLOSED"}
@@ -142,10 +124,10 @@ class DICHROMATIC_PT_world_light_group(_Panel, bpy.types.Panel):
         return bool(context.world) and super().poll(context)
 
     def draw(self, context: Any) -> None:
-        _draw_light_group(_columns(self.layout), context.world, context.view_layer)
+        _draw_light_group(columns(self.layout), context.world, context.view_layer)
 
 
-class DICHROMATIC_PT_object_ray_visibility(_Panel, bpy.types.Panel):
+class DICHROMATIC_PT_object_ray_visibility(PropertiesPanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "object"
     bl_parent_id = "OBJECT_PT_visibility"
@@ -155,7 +137,7 @@ class DICHROMATIC_PT_object_ray_visibility(_Panel, bpy.types.Panel):
         return bool(context.object) and context.object.type in _WITH_SURFACES and super().poll(context)
 
     def draw(self, context: Any) -> None:
-        layout = _columns(self.layout)
+        layout = columns(self.layout)
         obj = context.object
         column = layout.column()
         column.prop(obj, "visible_camera", text="Camera")
