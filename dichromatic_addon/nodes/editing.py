@@ -10,6 +10,7 @@ from ..names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE, SPECTRU
 
 __all__ = [
     "CLASSES",
+    "InputOperator",
     "editable_material",
     "link_spectrum_node",
     "material_output",
@@ -188,10 +189,9 @@ class DICHROMATIC_OT_set_surface(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DICHROMATIC_OT_link_spectrum(bpy.types.Operator):
-    bl_idname = "dichromatic.link_spectrum"
-    bl_label = "Use a Spectrum"
-    bl_description = "Link a Spectrum node to this input, to choose from the library, a file, a temperature or a band"
+class InputOperator:
+    """Changes what is linked to an input of the material's surface node."""
+
     bl_options = {"REGISTER", "UNDO"}
 
     input_name: StringProperty(name="Input", options={"HIDDEN"})  # type: ignore[valid-type]
@@ -201,36 +201,36 @@ class DICHROMATIC_OT_link_spectrum(bpy.types.Operator):
         material = editable_material(context)
         return material is not None and surface_node_of(material) is not None
 
-    def execute(self, context: Any) -> set[str]:
+    def execute(self: Any, context: Any) -> set[str]:
         material = editable_material(context)
         node = surface_node_of(material)
         if self.input_name not in node.inputs:
             self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
             return {"CANCELLED"}
-        link_spectrum_node(material.node_tree, node, self.input_name).source = "LIBRARY"
+        self.change(material.node_tree, node)
         return {"FINISHED"}
 
+    def change(self, tree: Any, node: Any) -> None:
+        """Change the links of the input, which is there."""
+        raise NotImplementedError
 
-class DICHROMATIC_OT_unlink_spectrum(bpy.types.Operator):
+
+class DICHROMATIC_OT_link_spectrum(InputOperator, bpy.types.Operator):
+    bl_idname = "dichromatic.link_spectrum"
+    bl_label = "Use a Spectrum"
+    bl_description = "Link a Spectrum node to this input, to choose from the library, a file, a temperature or a band"
+
+    def change(self, tree: Any, node: Any) -> None:
+        link_spectrum_node(tree, node, self.input_name).source = "LIBRARY"
+
+
+class DICHROMATIC_OT_unlink_spectrum(InputOperator, bpy.types.Operator):
     bl_idname = "dichromatic.unlink_spectrum"
     bl_label = "Use a Color"
     bl_description = "Remove what is linked to this input and set a plain color, which is uplifted to a smooth spectrum"
-    bl_options = {"REGISTER", "UNDO"}
 
-    input_name: StringProperty(name="Input", options={"HIDDEN"})  # type: ignore[valid-type]
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return DICHROMATIC_OT_link_spectrum.poll(context)
-
-    def execute(self, context: Any) -> set[str]:
-        material = editable_material(context)
-        node = surface_node_of(material)
-        if self.input_name not in node.inputs:
-            self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
-            return {"CANCELLED"}
-        unlink_spectrum_node(material.node_tree, node, self.input_name)
-        return {"FINISHED"}
+    def change(self, tree: Any, node: Any) -> None:
+        unlink_spectrum_node(tree, node, self.input_name)
 
 
 class DICHROMATIC_OT_reload_spectrum(bpy.types.Operator):

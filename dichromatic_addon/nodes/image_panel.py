@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-from bpy.props import StringProperty
 
-from .editing import editable_material, surface_node_of
+from .editing import InputOperator
 from .images import IMAGE_NODE
 
 __all__ = ["CLASSES", "draw_image_node", "link_image_node"]
@@ -68,30 +67,16 @@ def _draw_placement(layout: Any, context: Any, socket: Any) -> None:
         socket = source.inputs["Vector"]
 
 
-class DICHROMATIC_OT_link_image(bpy.types.Operator):
+class DICHROMATIC_OT_link_image(InputOperator, bpy.types.Operator):
     bl_idname = "dichromatic.link_image"
     bl_label = "Use an Image"
     bl_description = (
         "Link an Image Texture node to this input: its colors are uplifted to spectra, pixel by pixel, and lie on the "
         "surface by its UV map"
     )
-    bl_options = {"REGISTER", "UNDO"}
 
-    input_name: StringProperty(name="Input", options={"HIDDEN"})  # type: ignore[valid-type]
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        material = editable_material(context)
-        return material is not None and surface_node_of(material) is not None
-
-    def execute(self, context: Any) -> set[str]:
-        material = editable_material(context)
-        node = surface_node_of(material)
-        if self.input_name not in node.inputs:
-            self.report({"ERROR"}, f"Node '{node.name}' has no input '{self.input_name}'")
-            return {"CANCELLED"}
-        link_image_node(material.node_tree, node, self.input_name)
-        return {"FINISHED"}
+    def change(self, tree: Any, node: Any) -> None:
+        link_image_node(tree, node, self.input_name)
 
 
 CLASSES = (DICHROMATIC_OT_link_image,)
