@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+from _modelling import save
 
 from dichromatic_addon import spectrum_store
+from dichromatic_addon.operators import addon_registered
 
 __all__ = [
     "cloth",
@@ -19,6 +22,7 @@ __all__ = [
     "set_library",
     "set_woven",
     "use_dichromatic",
+    "write_sample",
 ]
 
 SURFACE = "Surface"
@@ -149,3 +153,12 @@ def use_dichromatic(scene: bpy.types.Scene, adopted_white: str, samples: int = 4
     settings.adaptation = "bradford"
     settings.white_source = "LIBRARY"
     settings.white_illuminant = adopted_white
+
+
+def write_sample(otherwise: Path, build: Callable[[], None], arguments: list[str]) -> None:
+    """Build a sample and write it to the file that the first argument names, or to `otherwise`."""
+    path = Path(arguments[0]).resolve() if arguments else otherwise
+    with addon_registered():
+        build()
+        save(path)
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")

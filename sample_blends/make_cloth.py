@@ -27,11 +27,8 @@ from _modelling import (  # noqa: E402
     empty_file,
     height_field,
     new_mesh,
-    save,
 )
-from _spectral import cloth, repeated_picture, set_lamp, set_woven, use_dichromatic  # noqa: E402
-
-from dichromatic_addon.operators import addon_registered  # noqa: E402
+from _spectral import cloth, repeated_picture, set_lamp, set_woven, use_dichromatic, write_sample  # noqa: E402
 
 LAMP = "D65"
 THREADS, PIXELS, REPEATS = 5, 12, 84  # of the weave: threads of a repeat, pixels of a thread, repeats along a side
@@ -136,14 +133,5 @@ def build() -> None:
     add_note("About the cloth", NOTE)
 
 
-def main(arguments: list[str]) -> None:
-    """Write the file named by the first argument, or cloth.blend beside this script."""
-    path = Path(arguments[0]).resolve() if arguments else HERE / "cloth.blend"
-    with addon_registered():
-        build()
-        save(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_sample(HERE / "cloth.blend", build, sys.argv[1:])

@@ -29,13 +29,11 @@ from _modelling import (  # noqa: E402
     empty_file,
     new_mesh,
     rounded_box,
-    save,
 )
-from _spectral import plastic, set_constant, set_file, set_lamp, set_library, use_dichromatic  # noqa: E402
+from _spectral import plastic, set_constant, set_file, set_lamp, set_library, use_dichromatic, write_sample  # noqa: E402
 from make_cups import red_cup  # noqa: E402
 
 import spectral_core as core  # noqa: E402
-from dichromatic_addon.operators import addon_registered  # noqa: E402
 
 LAMP = "D65"
 FIRST_PAINT = "munsell light bluish green"
@@ -166,15 +164,6 @@ def build() -> None:
     add_note("About the booth", NOTE)
 
 
-def main(arguments: list[str]) -> None:
-    """Write the file named by the first argument, or colour_booth.blend beside this script."""
-    path = Path(arguments[0]).resolve() if arguments else HERE / "colour_booth.blend"
-    core.write_spectrum(HERE / SECOND_PAINT, metameric_paint())
-    with addon_registered():
-        build()
-        save(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    core.write_spectrum(HERE / SECOND_PAINT, metameric_paint())
+    write_sample(HERE / "colour_booth.blend", build, sys.argv[1:])

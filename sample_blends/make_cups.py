@@ -32,13 +32,10 @@ from _modelling import (  # noqa: E402
     new_mesh,
     parallel,
     rounded,
-    save,
     swept_tube,
     turned_body,
 )
-from _spectral import plastic, set_constant, set_lamp, set_library, use_dichromatic  # noqa: E402
-
-from dichromatic_addon.operators import addon_registered  # noqa: E402
+from _spectral import plastic, set_constant, set_lamp, set_library, use_dichromatic, write_sample  # noqa: E402
 
 LAMP = "projector-halogen"
 WALL = 0.0034
@@ -164,14 +161,5 @@ def build() -> None:
     add_note("About the cups", NOTE)
 
 
-def main(arguments: list[str]) -> None:
-    """Write the file named by the first argument, or cups.blend beside this script."""
-    path = Path(arguments[0]).resolve() if arguments else HERE / "cups.blend"
-    with addon_registered():
-        build()
-        save(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_sample(HERE / "cups.blend", build, sys.argv[1:])

@@ -27,12 +27,9 @@ from _modelling import (  # noqa: E402
     new_mesh,
     rounded,
     rounded_box,
-    save,
     sphere,
 )
-from _spectral import metal, plastic, set_constant, set_lamp, use_dichromatic  # noqa: E402
-
-from dichromatic_addon.operators import addon_registered  # noqa: E402
+from _spectral import metal, plastic, set_constant, set_lamp, use_dichromatic, write_sample  # noqa: E402
 
 LAMP = "D65"
 RADIUS = 0.050
@@ -106,14 +103,5 @@ def build() -> None:
     add_note("About the balls", NOTE)
 
 
-def main(arguments: list[str]) -> None:
-    """Write the file named by the first argument, or metal_balls.blend beside this script."""
-    path = Path(arguments[0]).resolve() if arguments else HERE / "metal_balls.blend"
-    with addon_registered():
-        build()
-        save(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_sample(HERE / "metal_balls.blend", build, sys.argv[1:])

@@ -34,14 +34,11 @@ from _modelling import (  # noqa: E402
     parallel,
     rounded,
     rounded_box,
-    save,
     sphere,
     turned_body,
 )
-from _spectral import SURFACE, plastic, set_lamp, use_dichromatic  # noqa: E402
+from _spectral import SURFACE, plastic, set_lamp, use_dichromatic, write_sample  # noqa: E402
 from make_cups import cup_body, cup_handle  # noqa: E402
-
-from dichromatic_addon.operators import addon_registered  # noqa: E402
 
 LAMP = "D65"
 COLUMNS, ROWS, SIDE, FINER = 12, 4, 96, 4  # squares, pixels of a square, and samples of a pixel along each side
@@ -330,14 +327,5 @@ def build() -> None:
     add_note("About the glaze", NOTE)
 
 
-def main(arguments: list[str]) -> None:
-    """Write the file named by the first argument, or texture.blend beside this script."""
-    path = Path(arguments[0]).resolve() if arguments else HERE / "texture.blend"
-    with addon_registered():
-        build()
-        save(path)
-    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_sample(HERE / "texture.blend", build, sys.argv[1:])
