@@ -204,7 +204,7 @@ class Job:
             grid=grid,
             geometry=geometry,
             visibility=Visibility(acceleration, camera, settings.width, settings.height),
-            sources=light_sources(plan.sources, scene, geometry),
+            sources=light_sources(plan.sources, scene, acceleration),
             pattern=SamplePattern.make(
                 settings, step, tuple(source.points for source in plan.sources), camera.lens_blades, thinness
             ),

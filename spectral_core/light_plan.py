@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .lights import AreaLight, EmittingMesh, EnvironmentLight, Light, LightSource, SpotLight
 from .render_pass import RenderPass
 from .scene import Scene
-from .tracing.geometry import Geometry
+from .tracing.acceleration import Acceleration
 
 __all__ = ["ENVIRONMENT_POINTS", "SourcePlan", "emitting_materials", "light_sources", "plan_sources"]
 
@@ -191,7 +191,7 @@ def _emission_sources(scene: Scene, emissive: dict[int, int], passes: list[Rende
     return sources
 
 
-def light_sources(sources: Sequence[SourcePlan], scene: Scene, geometry: Geometry) -> tuple[LightSource, ...]:
+def light_sources(sources: Sequence[SourcePlan], scene: Scene, acceleration: Acceleration) -> tuple[LightSource, ...]:
     """Make the sources of light that a plan lists.
 
     Parameters
@@ -200,7 +200,7 @@ def light_sources(sources: Sequence[SourcePlan], scene: Scene, geometry: Geometr
         What the plan lists.
     scene : Scene
         The scene.
-    geometry : Geometry
+    acceleration : Acceleration
         Its triangles.
 
     Returns
@@ -225,6 +225,6 @@ def light_sources(sources: Sequence[SourcePlan], scene: Scene, geometry: Geometr
         else:
             emission = scene.emissions[source.index]
             assert emission is not None
-            triangles = np.flatnonzero(geometry.material_index == source.index)
-            made.append(EmittingMesh(geometry, triangles, emission.name))
+            triangles = np.flatnonzero(acceleration.geometry.material_index == source.index)
+            made.append(EmittingMesh(acceleration.geometry, acceleration.solids, triangles, emission.name))
     return tuple(made)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .scene_spectra import SceneSpectra, Term
 from .shading import SurfacePoints
+from .tracing.columns import dot_rows
 
 __all__ = ["PathBundle", "Polynomial", "merge_bundles", "mirror_directions", "multiply", "product_terms"]
 
@@ -209,13 +210,13 @@ def mirror_directions(points: SurfacePoints, part: slice) -> NDArray[np.floating
     """
     viewer, flat = points.to_viewer[part], points.geometric_normal[part]
     mirrored = _mirrored(viewer, points.normal[part])
-    inward = np.einsum("ij,ij->i", mirrored, flat) <= 0
+    inward = dot_rows(mirrored, flat) <= 0
     return np.where(inward[:, None], _mirrored(viewer, flat), mirrored)
 
 
 def _mirrored(viewer: NDArray[np.floating[Any]], normal: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
-    out = 2 * np.einsum("ij,ij->i", normal, viewer)[:, None] * normal - viewer
-    result: NDArray[np.floating[Any]] = out / np.sqrt(np.einsum("ij,ij->i", out, out))[:, None]
+    out = 2 * dot_rows(normal, viewer)[:, None] * normal - viewer
+    result: NDArray[np.floating[Any]] = out / np.sqrt(dot_rows(out, out))[:, None]
     return result
 
 

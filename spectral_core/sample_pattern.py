@@ -160,8 +160,7 @@ def _points(step: int, samples: int, count: int, rng: np.random.Generator) -> ND
     run = 1 << (samples * count - 1).bit_length()
     place = np.array([_run_number(column, row) for column, row in tile_places(step)])
     index = place[:, None] * run + np.arange(samples * count)
-    scramble = rng.integers(0, 1 << 32, 3, np.uint32)
-    return sobol_points(index, scramble).reshape(step * step, samples, count, 3)
+    return sobol_points(index, rng.integers(0, 1 << 32, 3, np.uint32)).reshape(step * step, samples, count, 3)
 
 
 def _run_number(column: int, row: int) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .lights import Illumination
 from .reflection.materials import Material, spread_lobes
-from .tracing.columns import take_rows
+from .tracing.columns import dot_rows, take_rows
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits
 
@@ -115,7 +115,7 @@ def surface_points(
     u, v = hits.u.take(found), hits.v.take(found)
     to_viewer = -take_rows(directions, found)
     normal, geometric = geometry.normals(triangle, u, v)
-    side = np.copysign(geometric.dtype.type(1), np.einsum("ij,ij->i", geometric, to_viewer))[:, None]
+    side = np.copysign(geometric.dtype.type(1), dot_rows(geometric, to_viewer))[:, None]
     normal, geometric = normal * side, geometric * side
     normal = _turn_to_viewer(normal, to_viewer)
     return SurfacePoints(
@@ -145,11 +145,11 @@ def _by_material(rays: NDArray[np.int64], geometry: Geometry, hits: Hits) -> NDA
 def _turn_to_viewer(
     normal: NDArray[np.floating[Any]], to_viewer: NDArray[np.floating[Any]]
 ) -> NDArray[np.floating[Any]]:
-    cosine = np.einsum("ij,ij->i", normal, to_viewer)
+    cosine = dot_rows(normal, to_viewer)
     averted = np.flatnonzero(cosine < _GRAZING_COSINE)
     if len(averted):
         turned = normal[averted] + (_GRAZING_COSINE - cosine[averted])[:, None] * to_viewer[averted]
-        length = np.sqrt(np.einsum("ij,ij->i", turned, turned))
+        length = np.sqrt(dot_rows(turned, turned))
         # A normal that points straight away from the viewer has no nearest visible neighbour but the view itself.
         straight = length < _GRAZING_COSINE
         turned = np.where(straight[:, None], to_viewer[averted], turned / np.where(straight, 1, length)[:, None])
@@ -182,8 +182,8 @@ def facing(points: SurfacePoints, illumination: Illumination) -> NDArray[np.int6
     ----------
     Own design.
     """
-    lit = np.einsum("ij,ij->i", points.normal, illumination.to_light) > 0
-    lit &= np.einsum("ij,ij->i", points.geometric_normal, illumination.to_light) > 0
+    lit = dot_rows(points.normal, illumination.to_light) > 0
+    lit &= dot_rows(points.geometric_normal, illumination.to_light) > 0
     lit &= illumination.irradiance > 0
     return np.flatnonzero(lit)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lights import Illumination
+from .tracing.columns import dot_rows, take_rows
 
 __all__ = ["ShadowTally"]
 
@@ -55,9 +56,7 @@ class ShadowTally:
         ----------
         Own design.
         """
-        cosine = np.einsum(
-            "ij,ij->i", np.take(self._normal, facing, axis=0), np.take(illumination.to_light, facing, axis=0)
-        )
+        cosine = dot_rows(take_rows(self._normal, facing), take_rows(illumination.to_light, facing))
         given = np.zeros(len(self._normal))
         given[facing] = luminance * np.take(illumination.irradiance, facing) * cosine
         self._sent += given

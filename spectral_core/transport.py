@@ -22,6 +22,7 @@ from .scene_spectra import SceneSpectra, Term
 from .shading import SurfacePoints, component_coefficients, facing, place_components, spread_textures, surface_points
 from .shadow_share import ShadowTally
 from .statistics import RenderStatistics
+from .tracing.columns import dot_rows
 from .tracing.geometry import Geometry
 from .tracing.hits import Hits, offset_origins
 from .visibility import Visibility
@@ -359,7 +360,7 @@ class Transport:
         rays = points.ray[part]
         direction = mirror_directions(points, part)
         origin = offset_origins(points.position[part], points.geometric_normal[part], direction, self.geometry.radius)
-        cosine = np.einsum("ij,ij->i", points.normal[part], points.to_viewer[part])
+        cosine = dot_rows(points.normal[part], points.to_viewer[part])
         weights = mirror_coefficients(self.scene.materials[material_plan.index], np.clip(cosine, 0, 1))
         arriving = polynomial.take(rays)
         if depth > self.plan.exact_depth:

@@ -19,7 +19,7 @@ from .shading import SurfacePoints
 from .sub_pictures import SubPicture
 from .tracing.acceleration import Acceleration
 from .tracing.camera import Camera
-from .tracing.columns import take_rows
+from .tracing.columns import dot_rows, take_rows
 from .tracing.hits import Hits, offset_origins
 from .tracing.rasterize import PrimaryView
 from .tracing.shadows import LightView
@@ -154,7 +154,7 @@ class Visibility:
         _, directions = camera.rays(x, y, self._width, self._height)
         dtype = self._geometry.dtype
         axis = -camera.matrix[:3, 2]
-        depth = hits.distance * (directions @ axis).astype(dtype) + dtype.type(camera.clip_start)
+        depth = hits.distance * dot_rows(directions, axis).astype(dtype) + dtype.type(camera.clip_start)
         return hits, directions.astype(dtype), depth
 
     def _view(self, part: SubPicture, camera: Camera, offset: NDArray[np.float64]) -> PrimaryView:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InvalidParameterError
 from ..spectra import Spectrum
+from ..tracing.columns import dot_rows
 from ..tracing.sampling import disk_points
 from ..validation import require_choice, require_in_range
 from .base import Floats, Illumination, LampPoint, Vector, check_light, normalise, require_vector
@@ -153,7 +154,7 @@ class AreaLight:
         """
         position = self.position if at is None or at.position is None else at.position
         distance, to_light = normalise((position - centre).astype(points.dtype) - points)
-        cosine = np.clip(-(to_light @ self.direction.astype(points.dtype)), 0.0, 1.0)
+        cosine = np.clip(-dot_rows(to_light, self.direction.astype(points.dtype)), 0.0, 1.0)
         safe = np.where(distance > 0, distance, np.inf)
         irradiance = cosine / safe / safe / math.pi
         half = 0.5 * self.spread

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..spectra import Spectrum, require_not_negative
+from ..tracing.columns import dot_rows
 from ..validation import require_finite, require_in_range, require_shape
 
 __all__ = [
@@ -215,7 +216,7 @@ def normalise(offset: Floats) -> tuple[Floats, Floats]:
     ----------
     Own design.
     """
-    length = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    length = np.sqrt(dot_rows(offset, offset))
     safe = np.where(length > 0, length, 1)
     return length, offset / safe[:, None]
 

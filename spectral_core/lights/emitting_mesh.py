@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..tracing.clusters import along_curve
+from ..tracing.columns import dot_rows
 from ..tracing.geometry import Geometry
+from ..tracing.solids import AWAY, TOWARDS, Solids
 from .base import Floats, Illumination, LampPoint, Vector, normalise
 
 __all__ = ["EmittingMesh"]
@@ -17,12 +20,15 @@ _LIFT = 2e-5
 class EmittingMesh:
     """The triangles of an emitting material, one of their points at a time.
 
-    Both sides of a surface shine, as in Blender; of a closed one only the outer side is seen, and only it is used.
+    Both sides of a surface shine, as in Blender; of a closed one with nothing in it only the outer side is seen, and
+    only it is used.
 
     Parameters
     ----------
     geometry : Geometry
         The scene.
+    solids : Solids
+        Its closed parts.
     triangles : ndarray of int64, shape (T,)
         Numbers of the emitting triangles.
     name : str
@@ -33,22 +39,25 @@ class EmittingMesh:
     is_extended = True
     receivers: frozenset[int] | None = None
 
-    def __init__(self, geometry: Geometry, triangles: NDArray[np.int64], name: str) -> None:
+    def __init__(self, geometry: Geometry, solids: Solids, triangles: NDArray[np.int64], name: str) -> None:
         self.name = name
+        if len(triangles):  # so that an even row of numbers is even over the surface
+            triangles = triangles[along_curve(geometry.corners[triangles].mean(axis=1))[1]]
         self._corners = geometry.corners[triangles].astype(np.float64) + geometry.centre
-        edge1, edge2 = self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
-        self._cumulative = np.cumsum(0.5 * np.linalg.norm(np.cross(edge1, edge2), axis=1))
         self._normals = geometry.geometric_normals[triangles].astype(np.float64)
         self._lift = _LIFT * geometry.radius
-        self.is_closed = _is_closed(geometry.triangles[triangles])
-        if self.is_closed and len(triangles):  # then so is each instance
-            inner, owner = self._corners - geometry.centre, geometry.instance_index[triangles]
-            volume = np.bincount(owner, np.einsum("ij,ij->i", inner[:, 0], np.cross(inner[:, 1], inner[:, 2])))
-            self._normals[volume[owner] < 0.0] *= -1.0
+        edge1, edge2 = self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
+        area = 0.5 * np.linalg.norm(np.cross(edge1, edge2), axis=1)
+        sides = solids.shining_sides(geometry, triangles)
+        # Faces along the normals first, then those against them: a row of numbers is as even over the two as over each.
+        front, back = np.flatnonzero(sides & TOWARDS), np.flatnonzero(sides & AWAY)
+        self._face = np.concatenate([front, back])
+        self._sign = np.concatenate([np.ones(len(front)), -np.ones(len(back))])
+        self._cumulative = np.cumsum(area[self._face])
 
     @property
     def area(self) -> float:
-        """Area of one side (m^2)."""
+        """Area that shines (m^2): both sides of what has two."""
         return float(self._cumulative[-1]) if len(self._cumulative) else 0.0
 
     def lamp_point(self, unit_square: Vector, aim: Vector) -> LampPoint:
@@ -57,7 +66,7 @@ class EmittingMesh:
         Parameters
         ----------
         unit_square : ndarray of float64, shape (3,)
-            Random numbers from 0 to 1: the place within a triangle, and the triangle (and its side).
+            Random numbers from 0 to 1: the place within a triangle, and the triangle and its side.
         aim : ndarray of float64, shape (3,)
             Not used.
 
@@ -77,16 +86,12 @@ class EmittingMesh:
         if not len(self._corners):  # all of them were without area
             return LampPoint(position=aim, normal=np.array([0.0, 0.0, 1.0]), factor=0.0)
         root, v, choice = float(np.sqrt(unit_square[0])), float(unit_square[1]), float(unit_square[2])
-        side, factor = 1.0, self.area
-        if not self.is_closed:
-            side, factor = (1.0 if choice < 0.5 else -1.0), 2.0 * self.area
-            choice = 2.0 * choice % 1.0
-        chosen = int(np.searchsorted(self._cumulative, choice * self.area, side="right"))
-        chosen = min(chosen, len(self._cumulative) - 1)
+        face = min(int(np.searchsorted(self._cumulative, choice * self.area, side="right")), len(self._face) - 1)
+        chosen = self._face[face]
         a, b, c = self._corners[chosen]
-        normal = side * self._normals[chosen]
+        normal = self._sign[face] * self._normals[chosen]
         position = (1.0 - root) * a + root * (1.0 - v) * b + root * v * c + self._lift * normal
-        return LampPoint(position=position, normal=normal, factor=factor)
+        return LampPoint(position=position, normal=normal, factor=self.area)
 
     def illuminate(self, points: Floats, centre: Vector, at: LampPoint | None = None) -> Illumination:
         """Direction, distance and irradiance of N points from one point of the surface, for a radiance of 1.
@@ -117,16 +122,8 @@ class EmittingMesh:
         if at is None or at.position is None or at.normal is None:
             raise ValueError("light from a surface needs a point of it")
         distance, to_light = normalise((at.position - centre).astype(points.dtype) - points)
-        cosine = np.maximum(-(to_light @ at.normal.astype(points.dtype)), 0.0)
+        cosine = np.maximum(-dot_rows(to_light, at.normal.astype(points.dtype)), 0.0)
         # Nearer than the lifted point lies over its surface nothing is told apart.
         safe = np.maximum(distance, self._lift)
         irradiance = at.factor * cosine / safe / safe
         return Illumination(to_light, distance, irradiance.astype(points.dtype))
-
-
-def _is_closed(triangles: NDArray[np.int64]) -> bool:
-    """Whether every edge is run through once in either direction."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    there = np.sort(edges[:, 0] << 32 | edges[:, 1])
-    back = np.sort(edges[:, 1] << 32 | edges[:, 0])
-    return bool(np.array_equal(there, back) and np.all(there[1:] != there[:-1]))

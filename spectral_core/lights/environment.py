@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidParameterError
+from ..tracing.columns import dot_rows
 from ..validation import require_finite, require_shape
 from .base import Floats, Illumination, LampPoint, Vector
 
@@ -80,7 +81,7 @@ class EnvironmentImage:
         ----------
         Own design.
         """
-        x, y, z = (directions.astype(np.float64) @ self.rotation.T).T
+        x, y, z = (dot_rows(directions.astype(np.float64), axis) for axis in self.rotation)
         height, width, _ = self.pixels.shape
         column = (0.5 - np.arctan2(y, x) / (2.0 * math.pi)) * width - 0.5
         row = (0.5 - np.arctan2(z, np.hypot(x, y)) / math.pi) * height - 0.5

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..tracing.columns import dot_rows
 from .base import Floats, Illumination, LampPoint, Vector, ball_point, inverse_square, normalise
 
 __all__ = ["SphericalLamp", "sphere_illumination", "sphere_irradiance", "sphere_point"]
@@ -136,7 +137,7 @@ def sphere_irradiance(
     if middle is None:
         return inverse_square(distance)
     offset = middle - points
-    to_centre = np.maximum(np.sqrt(np.einsum("ij,ij->i", offset, offset)), radius)
+    to_centre = np.maximum(np.sqrt(dot_rows(offset, offset)), radius)
     result: Floats = (distance / to_centre / to_centre / to_centre / (4.0 * math.pi)).astype(points.dtype)
     if soft_falloff:
         result = (result / (1.0 + np.square(radius / to_centre))).astype(points.dtype)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectra import Spectrum
+from ..tracing.columns import dot_rows
 from ..validation import require_in_range
 from .base import (
     Floats,
@@ -136,7 +137,7 @@ class SpotLight:
         The smoothstep edge over the cosine is that of Blender's spot light.
         """
         lit = sphere_illumination(self, points, centre, at)
-        cosine = -(lit.to_light @ self.direction.astype(points.dtype))
+        cosine = -dot_rows(lit.to_light, self.direction.astype(points.dtype))
         edge = math.cos(0.5 * self.spot_size)
         width = (1.0 - edge) * self.blend
         if width > 0.0:

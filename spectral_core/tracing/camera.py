@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidParameterError
 from ..validation import require_choice, require_finite, require_in_range, require_integer, require_shape
+from .columns import dot_rows
 
 __all__ = ["Camera"]
 
@@ -246,5 +247,5 @@ class Camera:
         if self.kind == "orthographic":
             return np.full(len(directions), self.clip_end - self.clip_start)
         # Direction along the inverse of the axes: right for sheared matrices too, where columns are not orthogonal.
-        cosine = -(directions @ np.linalg.inv(self.matrix[:3, :3]).T[:, 2])
+        cosine = -dot_rows(directions, np.linalg.inv(self.matrix[:3, :3])[2])
         return (self.clip_end - self.clip_start) / np.maximum(cosine, 1e-12)

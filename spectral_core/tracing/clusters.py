@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cluster", "spread_bits"]
+__all__ = ["along_curve", "cluster", "spread_bits"]
 
 Array = NDArray[Any]
 Integers = NDArray[np.int64]
@@ -58,7 +58,7 @@ def cluster(lower: Array, upper: Array, size: int) -> tuple[Integers, Integers]:
     length = (upper - lower).max(axis=1)
     large = np.flatnonzero(length > _LARGE * np.median(length))
     small = np.flatnonzero(length <= _LARGE * np.median(length))
-    code, order = _along_curve(np.take(lower, small, axis=0) + np.take(upper, small, axis=0))
+    code, order = along_curve(np.take(lower, small, axis=0) + np.take(upper, small, axis=0))
     order = np.take(small, order)
     cell = code >> _cell_bits(code, size)
     new_cell = np.diff(cell, prepend=-1) != 0
@@ -97,8 +97,30 @@ def spread_bits(values: Integers) -> Integers:
     return spread
 
 
-def _along_curve(points: Array) -> tuple[Integers, Integers]:
-    """Morton codes in rising order, and which point each belongs to."""
+def along_curve(points: Array) -> tuple[Integers, Integers]:
+    """Order points so that neighbours in the row are neighbours in space.
+
+    Parameters
+    ----------
+    points : (N, 3) ndarray
+        Points, at least one.
+
+    Returns
+    -------
+    code : (N,) ndarray of int64
+        Morton codes, rising.
+    order : (N,) ndarray of int64
+        Which point each belongs to.
+
+    Raises
+    ------
+    ValueError
+        By numpy, if there are no points.
+
+    References
+    ----------
+    Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM (1966).
+    """
     count = len(points)
     index_bits = count.bit_length()
     axis_bits = min((63 - index_bits) // 3, 20)

@@ -11,9 +11,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["take_rows"]
+__all__ = ["dot_rows", "take_rows"]
 
 Array = NDArray[Any]
+
+
+def dot_rows(first: Array, second: Array) -> Array:
+    """Scalar products of vectors.
+
+    Neither einsum nor a matrix product, which add in another order where there is one vector or where the array is in C
+    order: what a ray finds must not depend on how many go with it.
+
+    Parameters
+    ----------
+    first : (N, 3) ndarray
+        Vectors.
+    second : (N, 3) or (3,) ndarray
+        Vectors, or one for all.
+
+    Returns
+    -------
+    (N,) ndarray
+        Their products.
+
+    Raises
+    ------
+    ValueError
+        By numpy, if the numbers of vectors differ.
+
+    References
+    ----------
+    Own design.
+    """
+    total = first[:, 0] * second[..., 0]
+    total += first[:, 1] * second[..., 1]
+    total += first[:, 2] * second[..., 2]
+    return np.asarray(total)
 
 
 def take_rows(vectors: Array, index: NDArray[np.integer[Any]]) -> Array:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import dot_rows
+
 __all__ = ["Hits", "offset_origins"]
 
 Array = NDArray[Any]
@@ -105,6 +107,6 @@ def offset_origins(points: Array, geometric_normal: Array, directions: Array, ra
     x, y, z = points.T
     step = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.maximum(np.abs(z), radius))
     step *= points.dtype.type(4.0 * ulp)
-    leaving = np.einsum("ij,ij->i", geometric_normal, directions)
+    leaving = dot_rows(geometric_normal, directions)
     np.copysign(step, leaving, out=step)
     return points + step[:, None] * geometric_normal

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clusters import spread_bits
+from .columns import dot_rows
 
 if TYPE_CHECKING:
     from .bvh import Bvh
@@ -222,8 +223,8 @@ class Rays:
         if len(distant):
             # Far from the scene the roundings of the origin would dwarf the triangles: step up to it in float64.
             o, d = origins[distant].astype(np.float64), directions[distant].astype(np.float64)
-            squared = np.einsum("ij,ij->i", d, d)
-            middle = -np.einsum("ij,ij->i", o, d) / squared
+            squared = dot_rows(d, d)
+            middle = -dot_rows(o, d) / squared
             start = np.zeros(count)
             start[distant] = np.maximum(middle - 2.0 * bvh.radius / np.sqrt(squared), 0.0)
             columns = columns.astype(np.float64)

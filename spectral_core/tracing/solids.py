@@ -246,6 +246,50 @@ class Solids:
         shown &= sides
         return np.flatnonzero(shown)
 
+    def shining_sides(self, geometry: Geometry, triangles: Integers) -> Bytes:
+        """Sides of glowing triangles that anything but the triangles' own solid can see.
+
+        Parameters
+        ----------
+        geometry : Geometry
+            The triangles.
+        triangles : (S,) ndarray of int64
+            Numbers of those that glow.
+
+        Returns
+        -------
+        (S,) ndarray of uint8
+            `TOWARDS` where the side that the normal points to is seen, `AWAY` where the other is, or both. Of a closed
+            part that stops light and that no other triangle's box touches it is the outer one.
+
+        Raises
+        ------
+        IndexError
+            By numpy, if there is no such triangle.
+
+        References
+        ----------
+        Own design.
+        """
+        part = np.searchsorted(self.first, triangles, side="right") - 1
+        sides = np.full(len(self.closed), BOTH, np.uint8)
+        corners = geometry.corners
+        for p in np.unique(part):
+            if not (self.closed[p] and geometry.shadow_visible[self.first[p]]):
+                continue
+            near = np.all((self.lower <= self.upper[p]) & (self.upper >= self.lower[p]), axis=1)
+            near[p] = False
+            inside = False
+            for q in np.flatnonzero(near):
+                others = corners[self.first[q] : self.first[q + 1]]
+                low, high = others.min(axis=1), others.max(axis=1)
+                if np.any(np.all((low <= self.upper[p]) & (high >= self.lower[p]), axis=1)):
+                    inside = True
+                    break
+            if not inside:
+                sides[p] = TOWARDS if self.outward[p] else AWAY
+        return sides[part]
+
     def _outside(self, geometry: Geometry, box: tuple[ArrayLike, ArrayLike]) -> NDArray[np.bool_]:
         """Closed parts that everybody sees and that a box is clear of."""
         margin = 16.0 * np.finfo(geometry.dtype).eps * geometry.radius

@@ -28,7 +28,9 @@ from spectral_core.tracing.camera import Camera
 from spectral_core.tracing.geometry import Geometry
 from spectral_core.tracing.mesh import Instance, Mesh
 from spectral_core.tracing.sampling import sobol_points, square_points
+from spectral_core.tracing.solids import Solids
 from tests.render.render_scenes import ball, floor, placed
+from tests.tolerances import STRATIFIED_SKY
 
 WHITE = illuminant("D65")
 MATTE = TypeI(Spectrum.constant(0.5, "grey"), 0.0, "cosine", 1.0)
@@ -195,12 +197,16 @@ def test_where_a_picture_is_looked_up_is_where_blender_has_it():
     np.testing.assert_allclose(image.radiance(np.array([direction])), [[1.0, 2.0, 3.0]], rtol=1e-5)
 
 
+def glowing(instances):
+    """All triangles of some instances as a lamp."""
+    geometry = Geometry.from_instances(instances, np.float64)
+    return EmittingMesh(geometry, Solids.of(geometry), np.arange(geometry.triangle_count), "glow")
+
+
 def test_a_glowing_ball_gives_what_its_size_in_the_sky_says():
     shape = ball(4)
-    mesh = Mesh(shape.vertices, shape.triangles)
-    geometry = Geometry.from_instances([Instance(mesh, _at((0.0, 0.0, 3.0)))], np.float64)
-    light = EmittingMesh(geometry, np.arange(geometry.triangle_count), "lamp")
-    assert light.is_closed
+    light = glowing([Instance(Mesh(shape.vertices, shape.triangles), _at((0.0, 0.0, 3.0)))])
+    assert light.area == pytest.approx(4.0 * math.pi, rel=0.01)  # its facets'; the outer side alone
     # pi L (r / d)^2, of a sphere whose facets lie a little within it: their area tells how much.
     shrunk = light.area / (4.0 * math.pi)
     assert irradiance(light, ORIGIN) == pytest.approx(math.pi / 9.0 * shrunk, rel=2e-2)
@@ -209,8 +215,7 @@ def test_a_glowing_ball_gives_what_its_size_in_the_sky_says():
 def test_each_closed_mesh_shines_outwards_whichever_way_it_is_wound():
     plain = ball(2)
     turned = Mesh(plain.vertices, plain.triangles[:, ::-1])
-    geometry = Geometry.from_instances([placed(plain, (5.0, 0.0, 0.0), 2.0), placed(turned, (-5.0, 0.0, 0.0))], float)
-    light = EmittingMesh(geometry, np.arange(geometry.triangle_count), "glow")
+    light = glowing([placed(plain, (5.0, 0.0, 0.0), 2.0), placed(turned, (-5.0, 0.0, 0.0))])
     for u in cube_points(64):
         at = light.lamp_point(u, ORIGIN)
         middle = np.array([5.0 if at.position[0] > 0.0 else -5.0, 0.0, 0.0])
@@ -218,15 +223,34 @@ def test_each_closed_mesh_shines_outwards_whichever_way_it_is_wound():
 
 
 def test_both_sides_of_an_open_surface_glow():
-    sheet = Instance(floor(0.5), _at((0.0, 0.0, 2.0)))
-    geometry = Geometry.from_instances([sheet], np.float64)
-    light = EmittingMesh(geometry, np.arange(2), "sheet")
-    assert not light.is_closed
+    light = glowing([Instance(floor(0.5), _at((0.0, 0.0, 2.0)))])
+    assert light.area == pytest.approx(2.0)
     above, below = irradiance(light, (0, 0, 4.0), -UP), irradiance(light, (0, 0, 0.0), UP)
     assert above == pytest.approx(below, rel=0.02)
     x = 0.5 / 2.0
     factor = 4.0 * 2.0 * x / math.sqrt(1 + x * x) * math.atan(x / math.sqrt(1 + x * x)) / (2.0 * math.pi)
     assert below == pytest.approx(math.pi * factor, rel=0.02)  # half of 4096 points on either side
+
+
+def test_an_open_surface_beside_a_closed_one_glows_on_both_sides():
+    """Each part is taken for itself: the sheet's lower side is not lost, the ball's inner one not asked for."""
+    sheet, lamp = Instance(floor(0.5), _at((0.0, 0.0, 2.0))), placed(ball(3), (9.0, 0.0, 2.0))
+    alone = glowing([sheet]).area + glowing([lamp]).area
+    assert glowing([sheet, lamp]).area == pytest.approx(alone)
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_glowing_dome_lights_what_stands_in_it(turn):
+    """As an even sky of its radiance, by its inner side, whichever way it is wound."""
+    shape = ball(4)
+    glow = np.ones(len(shape.triangles), np.int64)
+    dome = Instance(Mesh(shape.vertices * 50.0, shape.triangles[:, ::turn], material_index=glow))
+    ground = Instance(floor(1.0))
+    camera = Camera(_at((0.0, 0.0, 5.0)), (-0.1, 0.1, -0.1, 0.1), kind="orthographic")
+    white = TypeI(Spectrum.constant(1.0, "white"), 0.0, "cosine", 1.0)
+    scene = Scene([ground, dome], [white, white], [], camera, emissions=[None, Emission(WHITE, 1.0)])
+    seen = render(scene, RenderSettings(2, 2, samples=512)).tristimulus()[..., 1].mean()
+    assert seen == pytest.approx(1.0, rel=STRATIFIED_SKY)
 
 
 def _at(place):
