@@ -45,7 +45,12 @@ def _show(context: Any, image: Any) -> None:
     """Show a picture in the Image Editor that asked for it."""
     space = context.space_data
     if space is not None and space.type == "IMAGE_EDITOR":
+        is_another_size = space.image is None or tuple(space.image.size) != tuple(image.size)
         space.image = image
+        if is_another_size:  # at the zoom of the picture before, only the middle of a sheet would be seen
+            window = next(region for region in context.area.regions if region.type == "WINDOW")
+            with context.temp_override(region=window):
+                bpy.ops.image.view_all()
 
 
 class _Study(last_render.NeedsKeptRender):
@@ -214,7 +219,17 @@ class DICHROMATIC_OT_pick_pixel(_Study, bpy.types.Operator):
             self.report({"WARNING"}, "that place lies outside the picture")
             return {"CANCELLED"}
         film = _shown(context).render.film
-        return set(bpy.ops.dichromatic.probe_pixel(x=int(u * film.width), y=int(v * film.height)))
+        x, y = u * film.width, v * film.height
+        image = context.space_data.image if context.space_data is not None else None
+        if image is not None and image.name == PROBE_IMAGE:
+            self.report({"WARNING"}, f"'{PROBE_IMAGE}' is a plot: pick a pixel in a picture of the render")
+            return {"CANCELLED"}
+        if image is not None and image.name == SHEET_IMAGE:  # its pictures are whole from the lower left corner on
+            x, y = u * image.size[0] % (film.width + _GAP), v * image.size[1] % (film.height + _GAP)
+            if x >= film.width or y >= film.height:
+                self.report({"WARNING"}, "that place lies between the pictures")
+                return {"CANCELLED"}
+        return set(bpy.ops.dichromatic.probe_pixel(x=int(x), y=int(y)))
 
     def cancel(self, context: Any) -> None:
         context.window.cursor_modal_restore()

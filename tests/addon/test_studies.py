@@ -423,6 +423,34 @@ def test_a_picked_place_is_the_pixel_under_it(rendered: Any) -> None:
     assert not bpy.ops.dichromatic.pick_pixel.poll()  # no Image Editor without a window
 
 
+def test_a_pixel_picked_on_the_contact_sheet_is_that_of_its_picture(rendered: Any) -> None:
+    """Four pictures in two rows: the same place in each is the same pixel of the render."""
+    assert bpy.ops.dichromatic.contact_sheet(lamps="D65, A, FL2, FL11") == {"FINISHED"}
+    sheet = bpy.data.images[studies.SHEET_IMAGE]
+    gap = sheet.size[0] - 2 * WIDTH
+    assert tuple(sheet.size) == (2 * WIDTH + gap, 2 * HEIGHT + gap)
+    said: list[str] = []
+    operator = SimpleNamespace(report=lambda kind, text: said.append(text))
+    context = SimpleNamespace(
+        scene=rendered, view_layer=bpy.context.view_layer, space_data=SimpleNamespace(image=sheet)
+    )
+    pick = studies.DICHROMATIC_OT_pick_pixel.pick
+    settings = rendered.dichromatic_studies
+    for left in (0, WIDTH + gap):
+        for bottom in (0, HEIGHT + gap):
+            settings.probe_x = settings.probe_y = 0
+            place = (left + 31.5) / sheet.size[0], (bottom + 5.5) / sheet.size[1]
+            assert pick(operator, context, *place) == {"FINISHED"}
+            assert (settings.probe_x, settings.probe_y) == (31, 5)
+    assert pick(operator, context, 0.5, 0.1) == {"CANCELLED"}
+    context.space_data.image = bpy.data.images[studies.PROBE_IMAGE]
+    assert pick(operator, context, 0.5, 0.5) == {"CANCELLED"}
+    assert said == [
+        "that place lies between the pictures",
+        "'Dichromatic Probe' is a plot: pick a pixel in a picture of the render",
+    ]
+
+
 def test_a_black_pixel_can_be_probed(rendered: Any) -> None:
     rendered.camera.rotation_euler.x = math.radians(85)
     bpy.ops.render.render()
