@@ -23,6 +23,7 @@ LEVELS = ((6, 8), (8, 16), (12, 32), (20, 64), (32, 128), (48, 192))
 LARGEST_ANGLE = np.pi / 2 - 1.0e-6  # the paper's interface term diverges at the horizon itself
 GRAZING_OF_NOTE = np.radians(1.0)  # warnings about lights lower than this would name every glossy material
 BALANCE = 1.0 + 1.0e-9  # more than this is light created; less is rounding
+_NO_FRACTION = 2.0  # fluorescence and glossy white standards stay below it; percent of all but black lie above
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,6 +218,8 @@ def _lobe_warnings(material: TypeI | TypeII) -> list[str]:
     found = []
     if matte.max() > BALANCE:
         found.append(f"the body reflectance reaches {matte.max():.3g}: above 1 the body alone creates light")
+        if matte.max() > _NO_FRACTION:
+            found[-1] += "; if these are percent, say % in the title of the file's column, or set a scale of 0.01"
     lobe = f"{material.attenuation} attenuation with n = {material.n:g} and interface reflectance {glossy.max():.3g}"
     shown = furnace_response(material, 0.0, wavelengths).values.max()
     if shown > BALANCE:

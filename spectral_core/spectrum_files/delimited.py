@@ -107,10 +107,14 @@ def read_columns(path: Path, *, wavelength_unit: str | None = None, percent: boo
             header = [field.strip('"') for field in _split(header_text, layout[0])] if header_text else []
         fields = _split(line, layout[0])
         if rows and len(fields) != len(rows[0][1]):
-            raise fail(path, line_number, f"has {len(fields)} columns, but line {first_line} has {len(rows[0][1])}")
+            raise fail(path, line_number, _uneven(len(fields), len(rows[0][1]), first_line))
         rows.append((line_number, fields))
     if layout is None:
-        raise fail(path, None, "holds no line with a wavelength and a value")
+        raise fail(
+            path,
+            None,
+            "holds no line with a wavelength and a value; each line must hold a wavelength and what was measured there",
+        )
 
     width = len(rows[0][1])
     titles = header if len(header) == width else [""] * width
@@ -136,6 +140,13 @@ def read_columns(path: Path, *, wavelength_unit: str | None = None, percent: boo
             "the header or the wavelength unit must say um",
         )
     return Columns(samples, tuple(_column_name(title) for title in titles[1:]), remarks)
+
+
+def _uneven(count: int, expected: int, first_line: int) -> str:
+    """Tell what is wrong with a line whose columns are not as many as the first one's."""
+    columns = f"{count} column" if count == 1 else f"{count} columns"
+    reason = f"has {columns}, but line {first_line} has {expected}"
+    return f"{reason}; a value is missing: give it, or leave the line out" if count < expected else reason
 
 
 def _unit_factor(path: Path, unit: str | None, title: str) -> str:

@@ -273,6 +273,9 @@ def test_warnings_name_parameter_and_value():
     assert "it reflects more than it receives" in light
     body = energy_warnings(TypeI(Spectrum.constant(1.25), 0.0))
     assert "body reflectance reaches 1.25" in body[0]
+    assert "percent" not in body[0]
+    percent = energy_warnings(TypeI(Spectrum.constant(58.0), 0.0))
+    assert "body reflectance reaches 58: above 1 the body alone creates light; if these are percent" in percent[0]
     (rough,) = energy_warnings(metal(60))
     assert "beta = 60 deg" in rough
     assert "2.659 times" in rough
