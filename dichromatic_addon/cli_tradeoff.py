@@ -11,7 +11,7 @@ from typing import Any
 
 from . import cli_scene
 from ._core import core
-from .plotting import new_figure, save_figure
+from .plotting import new_figure, require_plot, save_figure
 from .progress_bar import ProgressBar
 
 __all__ = ["add_arguments", "run"]
@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, write; raise a DichromaticError where that is not possible."""
+    require_plot(arguments.plot)
     with cli_scene.opened_scene(arguments) as (scene, settings, development):
         bar = ProgressBar(sys.stderr)
         try:

@@ -7,10 +7,32 @@ from typing import Any
 
 from ._core import core
 
-__all__ = ["PLOT_SUFFIXES", "new_figure", "save_figure"]
+__all__ = ["PLOT_SUFFIXES", "new_figure", "require_plot", "save_figure"]
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 _DOTS_PER_INCH = 120
+
+
+def require_plot(path: Path | None) -> None:
+    """Find out whether a plot can be drawn before minutes are spent on what it shows.
+
+    Parameters
+    ----------
+    path : Path or None
+        Where it will be saved; None: nowhere, and nothing is asked.
+
+    Raises
+    ------
+    MissingDependencyError
+        If matplotlib is not installed.
+    InvalidParameterError
+        If the file's suffix is none of those that can be drawn, or its folder does not exist.
+    """
+    if path is None:
+        return
+    new_figure(path, (1.0, 1.0))
+    if not path.parent.is_dir():
+        raise core.InvalidParameterError(f"the folder {path.parent} of the plot does not exist")
 
 
 def new_figure(path: Path, size_inches: tuple[float, float]) -> Any:

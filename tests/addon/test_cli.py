@@ -291,6 +291,27 @@ def test_tradeoff_measures_the_file(blend: Path, tmp_path: Path, capfd: pytest.C
     assert plot.stat().st_size > 1000
 
 
+@pytest.mark.parametrize(
+    ("plot", "words"),
+    [("cost.gif", "plot must end in .png, .svg or .pdf"), ("nowhere/cost.png", "nowhere of the plot does not exist")],
+)
+def test_tradeoff_refuses_a_plot_before_it_measures(
+    blend: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    plot: str,
+    words: str,
+) -> None:
+    monkeypatch.setattr(core, "measure_tradeoff", lambda *_, **__: pytest.fail("it was measured"))
+    if plot.startswith("nowhere"):
+        monkeypatch.setattr(
+            "dichromatic_addon.plotting.new_figure", lambda *_: None
+        )  # where matplotlib is missing, too
+    assert cli.main(["tradeoff", str(blend), "--plot", str(tmp_path / plot)]) == 1
+    assert words in capsys.readouterr().err
+
+
 def test_a_kept_film_is_relit_like_a_fresh_render(blend: Path, tmp_path: Path) -> None:
     """What the command line keeps and relights is what Blender renders once the lamp is dimmed in the file."""
     film, relit, fresh = tmp_path / "kept.npz", tmp_path / "relit.exr", tmp_path / "fresh.exr"
