@@ -17,7 +17,7 @@ from tests.docs.run_page import commands, compare, is_run, run_page, run_python
 DOCUMENTS = documents()
 HAS_BLENDER = importlib.util.find_spec("bpy") is not None
 # Programs that are not ours: their commands are read by whoever follows the page, and not judged here.
-FOREIGN = {"blender", "cd", "git", "ln", "mkdir", "pip", "python3"}
+FOREIGN = {"blender", "cd", "export", "git", "ln", "mkdir", "pip", "python3"}
 
 
 def name_of(path: Path) -> str:
