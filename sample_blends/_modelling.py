@@ -457,11 +457,25 @@ def add_note(title: str, body: str) -> bpy.types.Text:
     return text
 
 
+def _show_camera_and_note() -> None:
+    """Let the file open with the 3D views looking through the camera, and with its note in the Text Editor."""
+    note = next(iter(bpy.data.texts), None)
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            for space in area.spaces:
+                if space.type == "VIEW_3D":
+                    space.region_3d.view_perspective = "CAMERA"
+                elif space.type == "TEXT_EDITOR":
+                    space.text = note
+                    space.show_word_wrap = True
+
+
 def save(path: Path) -> None:
     """Write the file, compressed, without a backup beside it, and close it.
 
     Blender writes a file's own path into it, so it is saved elsewhere first: the folders of whoever made it stay out.
     """
+    _show_camera_and_note()
     bpy.context.preferences.filepaths.save_version = 0
     first = Path(tempfile.gettempdir(), path.name)
     bpy.ops.wm.save_as_mainfile(filepath=str(first), compress=True, check_existing=False)

@@ -151,6 +151,21 @@ def test_file_is_small_and_ready_to_render(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_file_opens_on_its_picture_and_its_note(name: str) -> None:
+    """A newcomer sees the scene from its camera, and the note in the workspace Scripting."""
+    import bpy
+
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{name}.blend"), load_ui=True)
+    spaces = [space for screen in bpy.data.screens for area in screen.areas for space in area.spaces]
+    views = [space for space in spaces if space.type == "VIEW_3D"]
+    editors = [space for space in spaces if space.type == "TEXT_EDITOR"]
+    assert len(views) > 1
+    assert {view.region_3d.view_perspective for view in views} == {"CAMERA"}
+    assert editors
+    assert {editor.text for editor in editors} == {bpy.data.texts[0]}
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_script_makes_what_the_file_holds(name: str) -> None:
     import bpy
 
