@@ -185,11 +185,17 @@ class Monkey:
 
     def click(self) -> None:
         window = self.stage.window
-        area = self.random.choice([a for a in window.screen.areas if a.type in ("PROPERTIES", "IMAGE_EDITOR")])
-        regions = [
-            r for r in area.regions if r.type in ("WINDOW", "UI", "NAVIGATION_BAR") and r.width > 20 and r.height > 20
+        shown = [
+            (area, region)
+            for area in window.screen.areas
+            if area.type in ("PROPERTIES", "IMAGE_EDITOR")
+            for region in area.regions
+            if region.type in ("WINDOW", "UI", "NAVIGATION_BAR") and region.width > 20 and region.height > 20
         ]
-        region = self.random.choice(regions)
+        if not shown:  # an earlier click made another area cover the window
+            self.say("nowhere to click")
+            return
+        area, region = self.random.choice(shown)
         x = region.x + self.random.randrange(5, region.width - 5)
         y = region.y + self.random.randrange(5, region.height - 5)
         self.say(f"click {area.type} {region.type} ({x}, {y})")
