@@ -101,14 +101,19 @@ def _our_engine(scene: Any, layer: str = "") -> Iterator[None]:
     render = scene.render
     before = render.engine, render.use_compositing, render.use_sequencer
     used = [view_layer.use for view_layer in scene.view_layers]
-    render.engine, render.use_compositing, render.use_sequencer = ENGINE_ID, False, False
+    # Not set to what it is: Blender then waits for its material previews to end, and these wait for this Python thread.
+    if before[0] != ENGINE_ID:
+        render.engine = ENGINE_ID
+    render.use_compositing, render.use_sequencer = False, False
     if layer:
         for view_layer in scene.view_layers:
             view_layer.use = view_layer.name == layer
     try:
         yield
     finally:
-        render.engine, render.use_compositing, render.use_sequencer = before
+        if before[0] != ENGINE_ID:
+            render.engine = before[0]
+        render.use_compositing, render.use_sequencer = before[1:]
         for view_layer, use in zip(scene.view_layers, used, strict=True):
             view_layer.use = use
 
@@ -239,7 +244,8 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
-        if event.type != "TIMER" or bpy.app.is_job_running("RENDER"):
+        # Not while a material preview runs either: see _our_engine, which puts the engine back.
+        if event.type != "TIMER" or any(bpy.app.is_job_running(job) for job in ("RENDER", "RENDER_PREVIEW")):
             return {"PASS_THROUGH"}
         captured = self._finish(context)
         try:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -17,7 +18,7 @@ from dichromatic_addon import engine as engine_module
 from dichromatic_addon._core import core
 from dichromatic_addon.engine import DichromaticRenderEngine, _LayerJob
 from dichromatic_addon.first_look import first_look, is_worth_it
-from dichromatic_addon.operators import render_layers
+from dichromatic_addon.operators import _our_engine, render_layers
 from tests.addon.building import add_camera, add_light, add_plane, combined, small_picture, white_material
 from tests.tolerances import FLOAT32_ROUNDING
 
@@ -360,3 +361,21 @@ def test_engine_is_as_blender_expects(addon: Any) -> None:
     assert DichromaticRenderEngine.bl_use_postprocess
     # An __init__ without *args and **kwargs breaks from 4.4 on; there is none.
     assert "__init__" not in vars(DichromaticRenderEngine)
+
+
+@pytest.mark.parametrize("engine", ["DICHROMATIC", "CYCLES"])
+def test_the_engine_is_set_only_where_it_is_another(engine):
+    """Blender waits for running previews when it is set, even to what it is; ours wait for the Python that sets it."""
+    chosen = []
+
+    class Settings(SimpleNamespace):
+        def __setattr__(self, name: str, value: Any) -> None:
+            if name == "engine":
+                chosen.append(value)
+            super().__setattr__(name, value)
+
+    render = Settings(engine=engine, use_compositing=True, use_sequencer=True)
+    with _our_engine(SimpleNamespace(render=render, view_layers=[])):
+        assert (render.engine, render.use_compositing) == ("DICHROMATIC", False)
+    assert (render.engine, render.use_compositing, render.use_sequencer) == (engine, True, True)
+    assert chosen == ([] if engine == "DICHROMATIC" else ["DICHROMATIC", "CYCLES"])
