@@ -23,6 +23,8 @@ from .wrapped import draw_wrapped, panel_line
 __all__ = ["CLASSES", "register", "unregister"]
 
 SHARED_PANELS = {  # of other engines, and useful for ours as they stand
+    "DATA_PT_camera_dof",
+    "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "MATERIAL_PT_preview",
     "MATERIAL_PT_viewport",
@@ -161,6 +163,8 @@ class DICHROMATIC_PT_light(PropertiesPanel, bpy.types.Panel):
         column.prop(light, "energy", text="Strength" if light.type == "SUN" else "Power")
         if hasattr(light, "exposure"):
             column.prop(light, "exposure")
+        if hasattr(light, "normalize"):
+            column.prop(light, "normalize")
         if light.type == "SUN":
             column.prop(light, "angle")
         elif light.type in ("POINT", "SPOT"):
@@ -169,8 +173,9 @@ class DICHROMATIC_PT_light(PropertiesPanel, bpy.types.Panel):
         elif light.type == "AREA":
             column.prop(light, "shape")
             if light.shape in ("RECTANGLE", "ELLIPSE"):
-                column.prop(light, "size", text="Size X")
-                column.prop(light, "size_y", text="Y")
+                size = column.column(align=True)
+                size.prop(light, "size", text="Size X")
+                size.prop(light, "size_y", text="Y")
             else:
                 column.prop(light, "size")
             column.prop(light, "spread")

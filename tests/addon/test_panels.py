@@ -155,6 +155,21 @@ def test_every_panel_and_property_has_a_tooltip(addon):
             assert socket.hidden or socket.description, socket.name
 
 
+@pytest.mark.parametrize("kind", ["POINT", "SUN", "SPOT", "AREA"])
+def test_what_the_engine_takes_of_a_lamp_can_be_set(scene, kind):
+    light = bpy.data.lights.new("Lamp", kind)
+    shown = draw(panels.DICHROMATIC_PT_light, scene, light=light).names("prop")
+    known = {"energy", "exposure", "normalize", "use_shadow", "angle", "shape", "size", "spread"}
+    known |= {"shadow_soft_size", "use_soft_falloff"} if kind in ("POINT", "SPOT") else set()
+    assert {name for name in known if hasattr(light, name)} <= set(shown)
+
+
+@pytest.mark.parametrize("name", ["DATA_PT_lens", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture"])
+def test_what_the_engine_takes_of_a_camera_can_be_set(addon, name):
+    context = SimpleNamespace(engine="DICHROMATIC", camera=object())
+    assert getattr(bpy.types, name).poll(context)
+
+
 def test_blenders_panels_are_joined_and_left_again(addon):
     def ours():
         return {
