@@ -41,7 +41,10 @@ NOT_SHARED_PREFIXES = (  # features that our engine does not render
     "RENDER_PT_simplify",  # ours has the same, below the panels that matter more
     "VIEWLAYER_PT_freestyle",
 )
-NOT_SHARED = {"DATA_PT_light", "NODE_DATA_PT_light"}  # our light panel has the type of the light itself
+NOT_SHARED = {
+    *("DATA_PT_light", "NODE_DATA_PT_light"),  # our light panel has the type of the light itself
+    *("DATA_PT_spot", "NODE_DATA_PT_spot"),  # they stand in EEVEE's light panel
+}
 
 
 def _draw_file(layout: Any, settings: Any) -> None:
@@ -180,6 +183,22 @@ class DICHROMATIC_PT_light(PropertiesPanel, bpy.types.Panel):
                 column.prop(light, "size")
             column.prop(light, "spread")
         column.prop(light, "use_shadow", text="Cast Shadow")
+
+
+class DICHROMATIC_PT_light_beam(PropertiesPanel, bpy.types.Panel):
+    bl_label = "Beam Shape"
+    bl_context = "data"
+    bl_parent_id = "DICHROMATIC_PT_light"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return super().poll(context) and bool(context.light) and context.light.type == "SPOT"
+
+    def draw(self, context: Any) -> None:
+        column = columns(self.layout).column()
+        column.prop(context.light, "spot_size", text="Angle")
+        column.prop(context.light, "spot_blend", text="Blend", slider=True)
+        column.prop(context.light, "show_cone")
 
 
 class DICHROMATIC_PT_light_illuminant(PropertiesPanel, bpy.types.Panel):
@@ -369,6 +388,7 @@ class DICHROMATIC_PT_performance(PropertiesPanel, bpy.types.Panel):
 CLASSES = (
     DICHROMATIC_PT_material,
     DICHROMATIC_PT_light,
+    DICHROMATIC_PT_light_beam,
     DICHROMATIC_PT_light_illuminant,
     DICHROMATIC_PT_world,
     DICHROMATIC_PT_sampling,

@@ -159,7 +159,20 @@ def test_every_panel_and_property_has_a_tooltip(addon):
 def test_what_the_engine_takes_of_a_lamp_can_be_set(scene, kind):
     light = bpy.data.lights.new("Lamp", kind)
     shown = draw(panels.DICHROMATIC_PT_light, scene, light=light).names("prop")
-    known = {"energy", "exposure", "normalize", "use_shadow", "angle", "shape", "size", "spread"}
+    if kind == "SPOT":
+        shown += draw(panels.DICHROMATIC_PT_light_beam, scene, light=light).names("prop")
+    known = {
+        "energy",
+        "spot_size",
+        "spot_blend",
+        "exposure",
+        "normalize",
+        "use_shadow",
+        "angle",
+        "shape",
+        "size",
+        "spread",
+    }
     known |= {"shadow_soft_size", "use_soft_falloff"} if kind in ("POINT", "SPOT") else set()
     assert {name for name in known if hasattr(light, name)} <= set(shown)
 
@@ -179,7 +192,11 @@ def test_blenders_panels_are_joined_and_left_again(addon):
         }
 
     joined = ours()
-    assert {"EEVEE_MATERIAL_PT_context_material", "MATERIAL_PT_preview", "DATA_PT_spot", "DATA_PT_lens"} <= joined
+    by_name = {panel.__name__: panel for panel in bpy.types.Panel.__subclasses__()}
+    for name in joined:  # a panel whose parent is not shown is not shown either
+        parent = by_name.get(getattr(by_name[name], "bl_parent_id", ""))
+        assert parent is None or "DICHROMATIC" in getattr(parent, "COMPAT_ENGINES", {"DICHROMATIC"}), name
+    assert {"EEVEE_MATERIAL_PT_context_material", "MATERIAL_PT_preview", "DATA_PT_lens"} <= joined
     assert not {name for name in joined if "freestyle" in name}
     addon.unregister()
     try:

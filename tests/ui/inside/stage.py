@@ -201,15 +201,8 @@ class Stage:
 def states_of(settings: Any) -> Iterator[str]:
     """Bring a group of settings into each state that its choices and switches offer, one away from where it started."""
     for known in settings.bl_rna.properties:
-        name = known.identifier
-        if known.is_readonly or known.type not in ("ENUM", "BOOLEAN") or getattr(known, "is_array", False):
-            continue
-        before = getattr(settings, name)
-        for value in known.enum_items.keys() if known.type == "ENUM" else (False, True):
-            if value != before:
-                setattr(settings, name, value)
-                yield f"{name} {value}"
-        setattr(settings, name, before)
+        if not known.is_readonly and not getattr(known, "is_array", False):
+            yield from _values(settings, known, lambda value, before: value != before)
 
 
 def choices_of_node(node: Any) -> Iterator[str]:
@@ -217,14 +210,25 @@ def choices_of_node(node: Any) -> Iterator[str]:
     for name in sorted(
         set(node.bl_rna.properties.keys()) - set(bpy.types.ShaderNodeCustomGroup.bl_rna.properties.keys())
     ):
-        known = node.bl_rna.properties[name]
-        if known.type not in ("ENUM", "BOOLEAN"):
-            continue
-        before = getattr(node, name)
-        for value in known.enum_items.keys() if known.type == "ENUM" else (False, True):
-            setattr(node, name, value)
+        yield from _values(node, node.bl_rna.properties[name], lambda value, before: True)
+
+
+def _values(owner: Any, known: Any, wanted: Callable[[Any, Any], bool]) -> Iterator[str]:
+    """Give a choice or switch each wanted value, with what it hangs on, and put all back."""
+    name = known.identifier
+    if known.type not in ("ENUM", "BOOLEAN"):
+        return
+    source = getattr(owner, "source", None)
+    before = getattr(owner, name)
+    if name == "radiator":  # else it is not to be seen
+        owner.source = "TEMPERATURE"
+    for value in known.enum_items.keys() if known.type == "ENUM" else (False, True):
+        if wanted(value, before):
+            setattr(owner, name, value)
             yield f"{name} {value}"
-        setattr(node, name, before)
+    setattr(owner, name, before)
+    if name == "radiator":
+        owner.source = source
 
 
 def act(script: Callable[[Stage], Step]) -> None:
