@@ -95,15 +95,23 @@ def _outcome(captured: Capture) -> list[FinishedLayer]:
     return captured.layers
 
 
+def _set_engine(render: Any, engine: str) -> None:
+    """Choose an engine; not what is chosen already.
+
+    Blender waits for its material previews to end when it is set, even to what it is, and ours wait for the Python
+    thread that sets it.
+    """
+    if render.engine != engine:
+        render.engine = engine
+
+
 @contextmanager
 def _our_engine(scene: Any, layer: str = "") -> Iterator[None]:
     """Choose our engine, one view layer and nothing but the engine's own pixels; put everything back at the end."""
     render = scene.render
     before = render.engine, render.use_compositing, render.use_sequencer
     used = [view_layer.use for view_layer in scene.view_layers]
-    # Not set to what it is: Blender then waits for its material previews to end, and these wait for this Python thread.
-    if before[0] != ENGINE_ID:
-        render.engine = ENGINE_ID
+    _set_engine(render, ENGINE_ID)
     render.use_compositing, render.use_sequencer = False, False
     if layer:
         for view_layer in scene.view_layers:
@@ -111,8 +119,7 @@ def _our_engine(scene: Any, layer: str = "") -> Iterator[None]:
     try:
         yield
     finally:
-        if before[0] != ENGINE_ID:
-            render.engine = before[0]
+        _set_engine(render, before[0])
         render.use_compositing, render.use_sequencer = before[1:]
         for view_layer, use in zip(scene.view_layers, used, strict=True):
             view_layer.use = use
@@ -244,7 +251,7 @@ class DICHROMATIC_OT_render_image(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
-        # Not while a material preview runs either: see _our_engine, which puts the engine back.
+        # Not while a material preview runs either: see _set_engine.
         if event.type != "TIMER" or any(bpy.app.is_job_running(job) for job in ("RENDER", "RENDER_PREVIEW")):
             return {"PASS_THROUGH"}
         captured = self._finish(context)

@@ -160,7 +160,14 @@ def _points(step: int, samples: int, count: int, rng: np.random.Generator) -> ND
     run = 1 << (samples * count - 1).bit_length()
     place = np.array([_run_number(column, row) for column, row in tile_places(step)])
     index = place[:, None] * run + np.arange(samples * count)
-    return sobol_points(index, rng.integers(0, 1 << 32, 3, np.uint32)).reshape(step * step, samples, count, 3)
+    scramble = rng.integers(0, 1 << 32, 3, np.uint32)
+    points = sobol_points(index, scramble)
+    # The third number chooses a triangle. It stays in its interval, but is random there: even steps may keep pace with
+    # how a mesh's triangles follow each other.
+    intervals = run * len(place)
+    within = np.random.default_rng(scramble).random(index.shape)
+    points[..., 2] = (np.floor(points[..., 2] * intervals) + within) / intervals
+    return points.reshape(step * step, samples, count, 3)
 
 
 def _run_number(column: int, row: int) -> int:

@@ -81,7 +81,8 @@ class EnvironmentImage:
         ----------
         Own design.
         """
-        x, y, z = (dot_rows(directions.astype(np.float64), axis) for axis in self.rotation)
+        wide = directions.astype(np.float64)
+        x, y, z = (dot_rows(wide, axis) for axis in self.rotation)
         height, width, _ = self.pixels.shape
         column = (0.5 - np.arctan2(y, x) / (2.0 * math.pi)) * width - 0.5
         row = (0.5 - np.arctan2(z, np.hypot(x, y)) / math.pi) * height - 0.5

@@ -43,9 +43,10 @@ def dot_rows(first: Array, second: Array) -> Array:
     ----------
     Own design.
     """
-    total = first[:, 0] * second[..., 0]
-    total += first[:, 1] * second[..., 1]
-    total += first[:, 2] * second[..., 2]
+    second = np.atleast_2d(second)  # numpy 1 would not count the type of a single number
+    total = first[:, 0] * second[:, 0]
+    total += first[:, 1] * second[:, 1]
+    total += first[:, 2] * second[:, 2]
     return np.asarray(total)
 
 

@@ -75,19 +75,19 @@ def _directions() -> NDArray[np.uint32]:
 _SOBOL = _directions()
 
 
-def sobol_points(index: NDArray[np.integer[Any]], seeds: NDArray[np.uint32] | None = None) -> Floats:
-    """Points of Sobol's sequence in the unit cube, scrambled.
+def sobol_points(index: NDArray[np.integer[Any]], scramble: NDArray[np.uint32]) -> Floats:
+    """Points of Sobol's sequence in the unit cube.
 
     Any 2^m points whose indices agree above their lowest m bits lie one in each of 2^m boxes of equal size and of any
     shape that powers of two allow (in the first two coordinates): so do a pixel's few points, and those of a block
-    of pixels together. Where in its box each lies is random, so that no lattice meets what repeats itself in a scene.
+    of pixels together.
 
     Parameters
     ----------
     index : (...) ndarray of int
         Numbers of the points, from 0 to 2^32 - 1.
-    seeds : (3,) ndarray of uint32, optional
-        One for each coordinate; each gives another set of points that is as even. None for the sequence as it is.
+    scramble : (3,) ndarray of uint32
+        Bits that are turned in each coordinate: another set of points that is as even.
 
     Returns
     -------
@@ -101,36 +101,14 @@ def sobol_points(index: NDArray[np.integer[Any]], seeds: NDArray[np.uint32] | No
     References
     ----------
     Sobol, USSR Comput. Math. Math. Phys. 7(4), 86-112 (1967); direction numbers of Joe and Kuo, SIAM J. Sci. Comput.
-    30, 2635 (2008). Scrambled after Owen, "Randomly permuted (t,m,s)-nets and (t,s)-sequences" (1995), by the hash of
-    Burley, "Practical hash-based Owen scrambling", J. Comput. Graph. Techn. 9(4), 1-20 (2020).
+    30, 2635 (2008).
     """
     index = np.asarray(index, np.uint64)
-    bits = np.zeros((*index.shape, 3), np.uint32)
+    bits = np.broadcast_to(np.asarray(scramble, np.uint32), (*index.shape, 3)).copy()
     for k in range(32):
         chosen = (index >> np.uint64(k) & np.uint64(1)).astype(bool)
         bits[chosen] ^= _SOBOL[:, k]
-    if seeds is not None:
-        bits = _owen_scrambled(bits, np.asarray(seeds, np.uint32))
     return bits / 2.0**32
-
-
-def _owen_scrambled(bits: NDArray[np.uint32], seeds: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """Turn each bit or not, by a hash of the bits above it."""
-    bits = _reversed(bits)
-    bits = bits ^ bits * np.uint32(0x3D20ADEA)
-    bits = bits + seeds
-    bits = bits * (seeds >> np.uint32(16) | np.uint32(1))
-    bits = bits ^ bits * np.uint32(0x05526C56)
-    bits = bits ^ bits * np.uint32(0x53A22864)
-    return _reversed(bits)
-
-
-def _reversed(bits: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """The 32 bits in the opposite order."""
-    for width, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF)):
-        step, low = np.uint32(width), np.uint32(mask)
-        bits = (bits >> step & low) | (bits & low) << step
-    return bits
 
 
 def disk_points(square: Floats) -> Floats:

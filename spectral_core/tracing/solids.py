@@ -273,28 +273,26 @@ class Solids:
         """
         part = np.searchsorted(self.first, triangles, side="right") - 1
         sides = np.full(len(self.closed), BOTH, np.uint8)
-        corners = geometry.corners
         for p in np.unique(part):
-            if not (self.closed[p] and geometry.shadow_visible[self.first[p]]):
-                continue
-            near = np.all((self.lower <= self.upper[p]) & (self.upper >= self.lower[p]), axis=1)
-            near[p] = False
-            inside = False
-            for q in np.flatnonzero(near):
-                others = corners[self.first[q] : self.first[q + 1]]
-                low, high = others.min(axis=1), others.max(axis=1)
-                if np.any(np.all((low <= self.upper[p]) & (high >= self.lower[p]), axis=1)):
-                    inside = True
-                    break
-            if not inside:
+            if self.closed[p] and geometry.shadow_visible[self.first[p]] and self._is_alone(geometry, p):
                 sides[p] = TOWARDS if self.outward[p] else AWAY
         return sides[part]
+
+    def _is_alone(self, geometry: Geometry, part: int) -> bool:
+        """Whether no triangle of another part has a box that touches a part's."""
+        box = self.lower[part], self.upper[part]
+        near = np.flatnonzero(_touching(self.lower, self.upper, *box))
+        for other in near[near != part]:
+            corners = geometry.corners[self.first[other] : self.first[other + 1]]
+            if _touching(corners.min(axis=1), corners.max(axis=1), *box).any():
+                return False
+        return True
 
     def _outside(self, geometry: Geometry, box: tuple[ArrayLike, ArrayLike]) -> NDArray[np.bool_]:
         """Closed parts that everybody sees and that a box is clear of."""
         margin = 16.0 * np.finfo(geometry.dtype).eps * geometry.radius
         lower, upper = (np.asarray(corner, np.float64) for corner in box)
-        touches = np.all((lower - margin <= self.upper) & (upper + margin >= self.lower), axis=1)
+        touches = _touching(self.lower, self.upper, lower - margin, upper + margin)
         # A run lies within one instance, whose triangles are all seen or all hidden.
         start = self.first[:-1]
         whole = geometry.camera_visible[start] & geometry.shadow_visible[start]
@@ -339,6 +337,11 @@ def sight_box(geometry: Geometry, camera: Camera) -> tuple[Floats, Floats]:
     world = corners @ camera.matrix[:3, :3].T + (camera.matrix[:3, 3] - geometry.centre)
     lens = camera.lens_radius * max(1.0, 1.0 / camera.lens_ratio) if camera.has_lens else 0.0
     return world.min(axis=0) - lens, world.max(axis=0) + lens
+
+
+def _touching(lower: Array, upper: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+    """Which of some boxes touch one."""
+    return np.asarray(np.all((lower <= high) & (upper >= low), axis=1))
 
 
 def _runs(triangles: Integers) -> Integers:

@@ -202,7 +202,7 @@ def states_of(settings: Any) -> Iterator[str]:
     """Bring a group of settings into each state that its choices and switches offer, one away from where it started."""
     for known in settings.bl_rna.properties:
         if not known.is_readonly and not getattr(known, "is_array", False):
-            yield from _values(settings, known, lambda value, before: value != before)
+            yield from _values(settings, known, but_the_present=True)
 
 
 def choices_of_node(node: Any) -> Iterator[str]:
@@ -210,11 +210,11 @@ def choices_of_node(node: Any) -> Iterator[str]:
     for name in sorted(
         set(node.bl_rna.properties.keys()) - set(bpy.types.ShaderNodeCustomGroup.bl_rna.properties.keys())
     ):
-        yield from _values(node, node.bl_rna.properties[name], lambda value, before: True)
+        yield from _values(node, node.bl_rna.properties[name])
 
 
-def _values(owner: Any, known: Any, wanted: Callable[[Any, Any], bool]) -> Iterator[str]:
-    """Give a choice or switch each wanted value, with what it hangs on, and put all back."""
+def _values(owner: Any, known: Any, *, but_the_present: bool = False) -> Iterator[str]:
+    """Give a choice or switch each value, with what it hangs on, and put all back."""
     name = known.identifier
     if known.type not in ("ENUM", "BOOLEAN"):
         return
@@ -223,7 +223,7 @@ def _values(owner: Any, known: Any, wanted: Callable[[Any, Any], bool]) -> Itera
     if name == "radiator":  # else it is not to be seen
         owner.source = "TEMPERATURE"
     for value in known.enum_items.keys() if known.type == "ENUM" else (False, True):
-        if wanted(value, before):
+        if not (but_the_present and value == before):
             setattr(owner, name, value)
             yield f"{name} {value}"
     setattr(owner, name, before)
