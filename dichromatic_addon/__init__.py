@@ -13,6 +13,7 @@ def _modules() -> tuple[object, ...]:
         engine,
         estimation,
         last_render,
+        light_linking_panels,
         live_relight,
         manual,
         nodes,
@@ -31,7 +32,7 @@ def _modules() -> tuple[object, ...]:
     )
 
     studying = (study_settings, last_render, live_relight, persistent, studies, render_files, estimation, study_panels)
-    drawing = (presets, panels, view_layer_panels)
+    drawing = (presets, panels, view_layer_panels, light_linking_panels)
     return (
         properties,
         render_passes,

@@ -69,6 +69,11 @@ def light_colour_factor(light: Any) -> tuple[float, float, float]:
     return float(red), float(green), float(blue)
 
 
+def has_light_linking_panels() -> bool:
+    """Tell whether Blender shows light linking with every engine, as from 4.3 on, and not with Cycles alone."""
+    return hasattr(bpy.types, "OBJECT_PT_light_linking")
+
+
 def set_multilayer_exr(image_settings: Any) -> None:
     """Choose multilayer EXR as the output, which from 5.0 on is a media type of its own."""
     if hasattr(image_settings, "media_type"):

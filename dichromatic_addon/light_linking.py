@@ -1,42 +1,43 @@
-"""Which objects a lamp lights: Blender's light linking, by the collection of its receivers."""
+"""Which objects a lamp lights and which hide it: Blender's light and shadow linking, by their collections."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["linked_objects"]
+__all__ = ["is_linked", "linked_objects"]
 
 
-def linked_objects(obj: Any, notes: list[str]) -> Callable[[str], bool] | None:
-    """Read which objects a light lights.
+def linked_objects(collection: Any) -> Callable[[str], bool] | None:
+    """Read which objects a light lights, or which of them hide it.
 
     Parameters
     ----------
-    obj : bpy.types.Object
-        A light, or an object with a material that gives light.
-    notes : list of str
-        What is approximated is added.
+    collection : bpy.types.Collection or None
+        Receivers or blockers of the light's object.
 
     Returns
     -------
     callable or None
-        Tells by its name whether an object is lit; None where all are. As in Cycles: where an object is included, only
-        included ones are lit; excluded ones never are.
+        Tells by its name whether an object is one of them; None where all are. As in Cycles: where an object is
+        included, only included ones are; excluded ones never are.
     """
-    linking = obj.light_linking
-    if linking.blocker_collection is not None:
-        notes.append(f"shadow linking of '{obj.name}' is not rendered: everything casts its shadow")
-    if linking.receiver_collection is None:
+    if collection is None:
         return None
-    states = _states(linking.receiver_collection)
+    states = _states(collection)
     included = {name for name, state in states.items() if state == "INCLUDE"}
     excluded = {name for name, state in states.items() if state == "EXCLUDE"}
 
-    def is_lit(name: str) -> bool:
+    def is_one(name: str) -> bool:
         return name not in excluded and (name in included or not included)
 
-    return is_lit
+    return is_one
+
+
+def is_linked(obj: Any) -> bool:
+    """Tell whether an object lights some objects only, or is hidden by some only."""
+    linking = obj.light_linking
+    return linking.receiver_collection is not None or linking.blocker_collection is not None
 
 
 def _states(collection: Any) -> dict[str, str]:

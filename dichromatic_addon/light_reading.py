@@ -68,7 +68,7 @@ def read_light(
     if light.type == "POINT":
         return core.PointLight(position, strength, colour.illuminant, radius=radius, **shared)
     if getattr(light, "use_square", False):
-        notes.append(f"spot '{name}' has a square cone: a round one is rendered")
+        notes.append(f"spot '{name}' has a square cone, which EEVEE alone shows: a round one is rendered, as by Cycles")
     return core.SpotLight(
         position,
         -axis,

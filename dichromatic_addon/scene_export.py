@@ -15,7 +15,7 @@ import numpy as np
 from ._core import core
 from .camera_reading import Region, read_lens, read_region, window_from_projection
 from .light_colours import read_light_colour
-from .light_linking import linked_objects
+from .light_linking import is_linked, linked_objects
 from .light_reading import read_light
 from .mesh_reading import MeshArrays, corner_coordinates, read_mesh
 from .nodes.images import Coordinates
@@ -86,6 +86,7 @@ class _Walk:
     object_indices: list[int] = field(default_factory=list)
     lights: list[Any] = field(default_factory=list)
     receivers: list[Callable[[str], bool] | None] = field(default_factory=list)  # of each light
+    blockers: list[Callable[[str], bool] | None] = field(default_factory=list)  # of each light
     owners: list[str] = field(default_factory=list)  # of each instance: the object that light linking knows it by
     light_groups: list[str] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
@@ -189,13 +190,15 @@ def _emitter_groups(world: Any, walk: _Walk) -> tuple[str, ...]:
 
 
 def _linked(walk: _Walk) -> list[Any]:
-    """Return the lights with the numbers of the instances that light linking lets them light."""
-    lights = []
-    for light, is_lit in zip(walk.lights, walk.receivers, strict=True):
-        if is_lit is not None:
-            light = replace(light, receivers=frozenset(i for i, name in enumerate(walk.owners) if is_lit(name)))
-        lights.append(light)
-    return lights
+    """Return the lights with the numbers of the instances that they light and that hide them, where linked."""
+
+    def numbers(is_one: Callable[[str], bool] | None) -> frozenset[int] | None:
+        return None if is_one is None else frozenset(i for i, name in enumerate(walk.owners) if is_one(name))
+
+    return [
+        replace(light, receivers=numbers(is_lit), blockers=numbers(hides))
+        for light, is_lit, hides in zip(walk.lights, walk.receivers, walk.blockers, strict=True)
+    ]
 
 
 def _note_emission(walk: _Walk, owners: list[Any], mesh: Any) -> None:
@@ -205,7 +208,7 @@ def _note_emission(walk: _Walk, owners: list[Any], mesh: Any) -> None:
             continue
         group = next((owner.lightgroup for owner in owners if owner.lightgroup), "")
         walk.emission_groups.setdefault(int(index), set()).add(group)
-        if owners[0].light_linking.receiver_collection is not None:
+        if is_linked(owners[0]):
             walk.notes.append(f"light linking of '{owners[0].name}' is not rendered: its surface lights everything")
 
 
@@ -267,7 +270,8 @@ def _visit(walk: _Walk, instance: Any) -> None:
         made = read_light(light, instance.matrix_world, read_light_colour(light, walk.notes), walk.notes)
         if made is not None:
             walk.lights.append(made)
-            walk.receivers.append(linked_objects(obj, walk.notes))
+            walk.receivers.append(linked_objects(obj.light_linking.receiver_collection))
+            walk.blockers.append(linked_objects(obj.light_linking.blocker_collection))
             owner = obj if obj.lightgroup or instance.parent is None else instance.parent
             walk.light_groups.append(owner.lightgroup)
     elif obj.type in _NOT_RENDERED:

@@ -28,6 +28,7 @@ __all__ = ["Visibility"]
 
 _VIEW_BYTES = 1 << 28  # projected triangles that may be kept for the next part of the picture
 _BYTES_A_TRIANGLE = 80
+_BLOCKER_SETS = 64  # sets of blockers whose triangles are remembered, a byte each
 _RAY_PER_TRIANGLE = 4  # what a shadow ray through the tree costs, in triangles that a lamp is looked from over
 
 Made = TypeVar("Made")
@@ -89,6 +90,7 @@ class Visibility:
         self._height = height
         most = max(1, _VIEW_BYTES // (1 + _BYTES_A_TRIANGLE * self._geometry.triangle_count))
         self._views = _Store(most)
+        self._blockers = _Store(_BLOCKER_SETS)
 
     def secondary(self, bundle: PathBundle, stop_if_cancelled: Callable[[], None] = lambda: None) -> Hits:
         """Find what mirrored rays meet; things hidden from the camera are seen in mirrors.
@@ -217,9 +219,9 @@ class Visibility:
         position, normal = take_rows(points.position, candidates), take_rows(points.geometric_normal, candidates)
         origins = offset_origins(position, normal, directions, self._geometry.radius)
         own = points.triangle.take(candidates)
-        casting = self._geometry.shadow_visible
+        casting = self._casting(source)
         if not (is_scattered or self._is_view_dear(source)):
-            blocked = self._light_view(source, at).occluded(origins, own)
+            blocked = self._light_view(source, at, casting).occluded(origins, own)
         elif at.position is None:
             blocked = self._acceleration.tree(casting, stop_if_cancelled).occluded(origins, directions, None, own)
         else:
@@ -238,8 +240,20 @@ class Visibility:
         typical = self._width * self._height // 16
         return self._geometry.triangle_count > _RAY_PER_TRIANGLE * typical
 
-    def _light_view(self, source: LightSource, at: LampPoint) -> LightView:
+    def _casting(self, source: LightSource) -> NDArray[np.bool_]:
+        """Find the triangles that may hide a light: what casts shadows, and of that what the light is linked to."""
+        geometry, blockers = self._geometry, source.blockers
+        if blockers is None:
+            return geometry.shadow_visible
+
+        def choose() -> NDArray[np.bool_]:
+            chosen: NDArray[np.bool_] = geometry.shadow_visible & np.isin(geometry.instance_index, list(blockers))
+            return chosen
+
+        return self._blockers.get(blockers, choose)
+
+    def _light_view(self, source: LightSource, at: LampPoint, casting: NDArray[np.bool_]) -> LightView:
         """Project the triangles towards a point of a light."""
         # Who is asked about is seen by the camera, on the side that faces the light.
         position = None if at.position is None else at.position - self._geometry.centre
-        return self._acceleration.light_view(position, at.to_light, self._camera, keep=not source.is_extended)
+        return self._acceleration.light_view(position, at.to_light, self._camera, casting, keep=not source.is_extended)

@@ -49,6 +49,8 @@ class AreaLight:
         Whether surfaces hide the light.
     receivers : frozenset of int, optional
         Numbers of the instances that it lights; None for all.
+    blockers : frozenset of int, optional
+        Numbers of the instances that hide it, of those that cast shadows; None for all.
 
     Raises
     ------
@@ -66,6 +68,7 @@ class AreaLight:
     name: str = "Area"
     casts_shadow: bool = True
     receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
     def __post_init__(self) -> None:
         for attribute in ("position", "axis_x", "axis_y"):

@@ -168,17 +168,18 @@ def require_unit_vector(name: str, value: ArrayLike) -> Vector:
 
 
 def check_light(light: Any) -> None:
-    """Raise when the spectral side of a light is not one.
+    """Raise when what all lights have is not as it must be: their spectrum, and the instances they name.
 
     Parameters
     ----------
     light : object
-        With `name`, `strength` and `illuminant`.
+        With `name`, `strength`, `illuminant`, `receivers` and `blockers`.
 
     Raises
     ------
     InvalidParameterError
-        If the illuminant is no spectrum or has negative values, or the strength breaks its rule.
+        If the illuminant is no spectrum or has negative values, the strength breaks its rule, or receivers or blockers
+        are no set of whole numbers from 0.
 
     References
     ----------
@@ -190,6 +191,14 @@ def check_light(light: Any) -> None:
         )
     require_strength(f"strength of light '{light.name}'", light.strength)
     require_not_negative(f"illuminant of light '{light.name}'", light.illuminant)
+    for attribute in ("receivers", "blockers"):
+        numbers = getattr(light, attribute)
+        if numbers is None:
+            continue
+        if not (isinstance(numbers, frozenset) and all(isinstance(n, (int, np.integer)) and n >= 0 for n in numbers)):
+            raise InvalidParameterError(
+                f"{attribute} of light '{light.name}' must be a frozenset of numbers of instances, but is {numbers!r}"
+            )
 
 
 def normalise(offset: Floats) -> tuple[Floats, Floats]:

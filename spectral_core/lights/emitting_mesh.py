@@ -38,6 +38,7 @@ class EmittingMesh:
     casts_shadow = True
     is_extended = True
     receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
     def __init__(self, geometry: Geometry, solids: Solids, triangles: NDArray[np.int64], name: str) -> None:
         self.name = name

@@ -103,6 +103,7 @@ class EnvironmentLight:
     casts_shadow = True
     is_extended = True
     receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
     def __init__(self, image: EnvironmentImage | None = None, name: str = "World") -> None:
         self.image = image

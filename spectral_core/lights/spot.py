@@ -53,6 +53,8 @@ class SpotLight:
     soft_falloff : bool
         Whether it is a disk that turns to each point instead of a sphere, so that it falls off more slowly up close;
         what Blender's lamps are unless told otherwise.
+    blockers : frozenset of int, optional
+        Numbers of the instances that hide it, of those that cast shadows; None for all.
 
     Raises
     ------
@@ -71,6 +73,7 @@ class SpotLight:
     casts_shadow: bool = True
     receivers: frozenset[int] | None = None
     soft_falloff: bool = False
+    blockers: frozenset[int] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", require_vector(f"position of light '{self.name}'", self.position))

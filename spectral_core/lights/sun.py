@@ -37,6 +37,8 @@ class SunLight:
         Whether surfaces hide the light.
     receivers : frozenset of int, optional
         Numbers of the instances that it lights; None for all.
+    blockers : frozenset of int, optional
+        Numbers of the instances that hide it, of those that cast shadows; None for all.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class SunLight:
     angle: float = 0.0
     casts_shadow: bool = True
     receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "to_light", require_unit_vector(f"direction of light '{self.name}'", self.to_light))

@@ -135,6 +135,7 @@ class Acceleration:
         position: ArrayLike | None = None,
         to_light: ArrayLike | None = None,
         camera: Camera | None = None,
+        members: NDArray[np.bool_] | None = None,
         *,
         keep: bool = False,
     ) -> LightView:
@@ -150,6 +151,8 @@ class Acceleration:
             Promise that the points the view is asked for are seen by this camera, directly or by way of mirrors, and
             lie on surfaces whose seen side faces the light. Much quicker where meshes are closed, with the same
             verdicts.
+        members : (T,) ndarray of bool, optional
+            The triangles that may hide the light, all or none of an instance's; None for all that cast shadows.
         keep : bool, optional
             Give the same view again to the next who asks for it, until :meth:`forget_lights` or until memory runs
             short: then that which was not asked for longest goes.
@@ -172,15 +175,18 @@ class Acceleration:
 
         solids = self.solids
         if not keep:
-            return LightView(self.geometry, position, to_light, sight, solids)
-        key = tuple(
-            None if value is None else np.asarray(value, np.float64).tobytes()
-            for value in (position, to_light, *(sight or (None, None)))
+            return LightView(self.geometry, position, to_light, sight, solids, members)
+        key = (
+            None if members is None else np.packbits(members).tobytes(),
+            *(
+                None if value is None else np.asarray(value, np.float64).tobytes()
+                for value in (position, to_light, *(sight or (None, None)))
+            ),
         )
         with self._lock:
             view = self._lights.get(key)
             if view is None:
-                view = self._lights[key] = LightView(self.geometry, position, to_light, sight, solids)
+                view = self._lights[key] = LightView(self.geometry, position, to_light, sight, solids, members)
                 while len(self._lights) > self._most_lights:
                     self._lights.popitem(last=False)
             else:

@@ -48,7 +48,7 @@ class LightView:
     Parameters
     ----------
     geometry : Geometry
-        The scene; triangles that cast no shadow are left out.
+        The scene.
     position : (3,) array_like of float, optional
         Where the light stands, in recentred coordinates. Either this or `to_light` is given.
     to_light : (3,) array_like of float, optional
@@ -59,6 +59,8 @@ class LightView:
         the box and of the light then need no look, with the same verdicts.
     solids : Solids, optional
         The geometry's closed parts and walls; None does without.
+    members : (T,) ndarray of bool, optional
+        The triangles that may hide the light, all or none of an instance's; None for all that cast shadows.
     """
 
     def __init__(
@@ -68,6 +70,7 @@ class LightView:
         to_light: ArrayLike | None = None,
         sight: tuple[ArrayLike, ArrayLike] | None = None,
         solids: Solids | None = None,
+        members: NDArray[np.bool_] | None = None,
     ) -> None:
         if (position is None) == (to_light is None):
             raise TypeError("either position or to_light must be given")
@@ -81,8 +84,9 @@ class LightView:
             bounds = solids.bounds
             self._sides = solids.towards_light(geometry, sight, self._position)
         self._projections = light_projections(geometry, self._position, to_light, bounds)
-        if not geometry.shadow_visible.all():
-            self._sides = self._sides * geometry.shadow_visible
+        casting = geometry.shadow_visible if members is None else members
+        if not casting.all():
+            self._sides = self._sides * casting
         self._chosen: list[Integers] | None = None
         self._screens: dict[int, LightScreen] = {}
         self._lock = threading.Lock()

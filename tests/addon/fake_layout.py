@@ -86,9 +86,13 @@ class FakeLayout:
 
     def template_ID(self, data: Any, name: str, *, new: str = "", open: str = "", **_: Any) -> None:
         assert name in data.bl_rna.properties, f"{data} has no property {name}"
-        for idname in (new, open):
+        for idname in filter(None, (new, open)):
             _require_operator(idname)
         self.drawn.append(("template_ID", name))
+
+    def template_light_linking_collection(self, context_layout: Any, data: Any, name: str) -> None:
+        assert name in data.bl_rna.properties, f"{data} has no property {name}"
+        self.drawn.append(("template_light_linking_collection", name))
 
     def prop_search(
         self, data: Any, name: str, search_data: Any, search_name: str, *, text: str = "", **_: Any

@@ -311,29 +311,75 @@ def test_an_ies_profile_is_noted(card: Any) -> None:
     assert exported.scene.lights[0].strength == pytest.approx(250.0)
 
 
-@pytest.mark.parametrize(("state", "expected"), [("INCLUDE", (1.0, 0.0)), ("EXCLUDE", (0.0, 1.0))])
-def test_light_linking(scene: Any, tmp_path: Path, state: str, expected: tuple[float, float]) -> None:
-    left = add_plane(scene, white_material(), size=1.0, name="Left")
-    right = add_plane(scene, bpy.data.materials["White"], size=1.0, name="Right")
-    left.location.x, right.location.x = -0.5, 0.5
-    sun = add_light(scene, "SUN", math.pi, angle=0.0)
-    collection = bpy.data.collections.new("Receivers")
-    collection.objects.link(left)
-    collection.collection_objects[0].light_linking.link_state = state
-    sun.light_linking.receiver_collection = collection
+def linked_collection(members: list[Any], state: str) -> Any:
+    collection = bpy.data.collections.new("Linked")
+    for member in members:
+        collection.objects.link(member)
+    for link in collection.collection_objects:
+        link.light_linking.link_state = state
+    return collection
+
+
+def halves(scene: Any, tmp_path: Path) -> dict[str, tuple[float, float]]:
+    """How bright the left and the right of two white planes are, with either engine."""
     look_down(scene, 1.6)
     small_picture(scene, 8, 4)
-    scene.cycles.samples, scene.cycles.use_denoising = 16, False
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.max_bounces = 16, False, 0
+    found = {}
     for engine in ("DICHROMATIC", "CYCLES"):
         scene.render.engine = engine
         pixels = combined(scene, str(tmp_path / f"{engine}.exr"))[..., 0]
-        np.testing.assert_allclose((pixels[:, 1:3].mean(), pixels[:, 5:7].mean()), expected, atol=SAMPLES_AT_AN_EDGE)
+        found[engine] = (pixels[:, 1:3].mean(), pixels[:, 5:7].mean())
+    return found
 
 
-def test_blockers_are_noted(card: Any) -> None:
-    light = add_light(card, "POINT", 500.0, (0, 0, 3))
-    light.light_linking.blocker_collection = bpy.data.collections.new("Blockers")
-    assert any("shadow linking of 'Point'" in note for note in exported_of(card).notes)
+def add_pair(scene: Any, names: tuple[str, str], height: float = 0.0) -> list[Any]:
+    pair = []
+    for name, x in zip(names, (-0.5, 0.5), strict=True):
+        plane = add_plane(scene, bpy.data.materials.get("White") or white_material(), size=1.0, name=name)
+        plane.location = (x, 0.0, height)
+        plane.visible_camera = height == 0.0
+        pair.append(plane)
+    return pair
+
+
+@pytest.mark.parametrize(
+    ("members", "state", "expected"),
+    [(1, "INCLUDE", (1.0, 0.0)), (1, "EXCLUDE", (0.0, 1.0)), (0, "INCLUDE", (1.0, 1.0)), (2, "EXCLUDE", (0.0, 0.0))],
+)
+def test_light_linking(scene: Any, tmp_path: Path, members: int, state: str, expected: tuple[float, float]) -> None:
+    planes = add_pair(scene, ("Left", "Right"))
+    sun = add_light(scene, "SUN", math.pi, angle=0.0)
+    sun.light_linking.receiver_collection = linked_collection(planes[:members], state)
+    for engine, found in halves(scene, tmp_path).items():
+        np.testing.assert_allclose(found, expected, atol=SAMPLES_AT_AN_EDGE, err_msg=engine)
+
+
+@pytest.mark.parametrize("kind", ["SUN", "POINT", "AREA"])
+@pytest.mark.parametrize(
+    ("members", "state", "expected"),
+    [(1, "INCLUDE", (0.0, 1.0)), (1, "EXCLUDE", (1.0, 0.0)), (0, "INCLUDE", (0.0, 0.0)), (2, "EXCLUDE", (1.0, 1.0))],
+)
+def test_shadow_linking(
+    scene: Any, tmp_path: Path, kind: str, members: int, state: str, expected: tuple[float, float]
+) -> None:
+    """Of two roofs, none or some hide the light; in Cycles the same."""
+    add_pair(scene, ("Left", "Right"))
+    roofs = add_pair(scene, ("Left Roof", "Right Roof"), height=0.2)
+    size = {"SUN": {"angle": 0.0}, "POINT": {"shadow_soft_size": 0.05}, "AREA": {"size": 0.1}}[kind]
+    # A lamp so far away that the planes are evenly lit, as strong as the sun there.
+    energy = {"SUN": math.pi, "POINT": 4.0 * math.pi**2 * 50.0**2, "AREA": math.pi**2 * 50.0**2}[kind]
+    lamp = add_light(scene, kind, energy, (0.0, 0.0, 50.0), **size)
+    lamp.light_linking.blocker_collection = linked_collection(roofs[:members], state)
+    for engine, found in halves(scene, tmp_path).items():
+        np.testing.assert_allclose(found, expected, atol=SAMPLES_AT_AN_EDGE, err_msg=engine)
+    assert not any("linking" in note for note in exported_of(scene).notes)
+
+
+def test_linking_of_a_surface_that_emits_is_noted(card: Any) -> None:
+    strip = add_plane(card, emissive(strength=5.0, colour=(1.0, 0.8, 0.5)), size=2.0, name="Strip")
+    strip.light_linking.blocker_collection = bpy.data.collections.new("Blockers")
+    assert any("light linking of 'Strip' is not rendered" in note for note in exported_of(card).notes)
 
 
 def test_a_light_without_shadow_shines_through(card: Any, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 import spectral_core as core
-from dichromatic_addon import panels, presets, properties
+from dichromatic_addon import light_linking_panels, panels, presets, properties
 from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
 from dichromatic_addon.nodes import dielectric, editing, menu, metal, mix
 from dichromatic_addon.nodes import spectrum as spectrum_node
@@ -17,7 +17,7 @@ from dichromatic_addon.nodes.image_panel import link_image_node
 from dichromatic_addon.nodes.reading import read_material
 from dichromatic_addon.properties import source_items, white_items
 
-from .building import add_plane
+from .building import add_light, add_plane
 from .fake_layout import FakeLayout
 
 pytestmark = pytest.mark.bpy
@@ -207,6 +207,25 @@ def test_blenders_panels_are_joined_and_left_again(addon):
     finally:
         addon.register()
     assert ours() == joined
+
+
+@pytest.mark.parametrize("name", ["light", "shadow"])
+def test_linking_can_be_edited_in_every_version(scene, name):
+    """Blender's own panel where it has one for all engines; ours in 4.2, where Cycles alone has one."""
+    lamp = add_light(scene, "POINT", 10.0)
+    theirs = getattr(bpy.types, f"OBJECT_PT_{name}_linking", None)
+    ours = getattr(light_linking_panels, f"DICHROMATIC_PT_object_{name}_linking")
+    assert ours.is_registered == (theirs is None)
+    if theirs is not None:
+        assert "DICHROMATIC" in bpy.types.OBJECT_PT_shading.COMPAT_ENGINES  # the parent of both
+    collection = {"light": "receiver", "shadow": "blocker"}[name] + "_collection"
+    layout = draw(ours, scene, object=lamp)
+    assert layout.names("template_ID") == [collection]
+    assert layout.names("operator") == []
+    setattr(lamp.light_linking, collection, bpy.data.collections.new("Linked"))
+    layout = draw(ours, scene, object=lamp)
+    assert layout.names("template_light_linking_collection") == [collection]
+    assert len(layout.names("operator")) == 3
 
 
 def test_the_add_menu_lists_the_nodes_for_our_engine_only(scene):

@@ -1,6 +1,7 @@
 """Lamps with a size, the sky and glowing surfaces as light: against closed forms."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -368,9 +369,34 @@ def test_only_its_receivers_see_a_light_and_one_without_shadows_shines_through()
     assert brightness(casts_shadow=False, receivers=frozenset({1})) == pytest.approx((0.0, 0.5))
 
 
+@pytest.mark.parametrize(
+    "lamp",
+    [
+        SunLight((0, 0, 1.0), math.pi, WHITE),
+        SunLight((0, 0, 1.0), math.pi, WHITE, angle=0.05),
+        PointLight((0, 0, 500.0), 4.0 * math.pi**2 * 500.0**2, WHITE),
+        AreaLight((0, 0, 500.0), (0.5, 0, 0), (0, 0.5, 0), math.pi**2 * 500.0**2, WHITE),
+    ],
+    ids=lambda lamp: f"{lamp.name} {lamp.is_extended}",
+)
+@pytest.mark.parametrize(("blockers", "lit"), [(None, (0, 0)), ({2}, (0, 1)), ({0, 1, 3}, (1, 0)), (set(), (1, 1))])
+def test_only_its_blockers_hide_a_light(lamp, blockers, lit):
+    """Lamps without a size look at so many triangles themselves; for those with one rays are cast."""
+    planes = [placed(floor(0.4), (x, 0, 0)) for x in (-0.5, 0.5)]
+    roofs = [Instance(ball(1), _at((x, 0, 1.5)), camera_visible=False) for x in (-0.7, 0.7)]
+    lamp = replace(lamp, blockers=None if blockers is None else frozenset(blockers))
+    scene = Scene([*planes, *roofs], [MATTE], [lamp], looking_down(1.0))
+    y = render(scene, RenderSettings(8, 8, samples=1)).tristimulus()[..., 1]
+    assert (y[4, 2] / 0.5, y[4, 5] / 0.5) == pytest.approx(lit, abs=2e-3)  # the lamps' size and distance
+
+
 def test_what_no_lamp_can_be_is_named():
     with pytest.raises(InvalidParameterError, match="axis_x and axis_y of light 'Area' must span an area"):
         AreaLight((0, 0, 0), (1, 0, 0), (2, 0, 0), 1.0, WHITE)
+    for what in ("receivers", "blockers"):
+        for numbers in ({1, 2}, frozenset({-1}), frozenset({"Roof"})):
+            with pytest.raises(InvalidParameterError, match=f"{what} of light 'Sun' must be a frozenset of numbers"):
+                SunLight((0, 0, 1), 1.0, WHITE, **{what: numbers})
     with pytest.raises(InvalidParameterError, match="shape of light 'Area'"):
         AreaLight((0, 0, 0), (1, 0, 0), (0, 2, 0), 1.0, WHITE, shape="star")
     with pytest.raises(InvalidParameterError, match=r"shape \(H, W, 3\)"):
