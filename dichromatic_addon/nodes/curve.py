@@ -141,34 +141,53 @@ def draw_curve(layout: Any, node: Any) -> None:
     row.operator(DICHROMATIC_OT_edit_curve.bl_idname, icon="FCURVE")
 
 
+def _draw_wavelengths(layout: Any) -> None:
+    """Draw the scale below the widget's grid, which has a line every quarter."""
+    rest, width = layout, 1.0
+    for index, part in enumerate((0.125, 0.25, 0.25, 0.25, 0.125)):
+        last = index == 4
+        rest = rest if last else rest.split(factor=part / width, align=True)
+        width -= part
+        row = rest.row()
+        row.alignment = "LEFT" if index == 0 else "RIGHT" if last else "CENTER"
+        row.label(text=f"{SHORTEST_NM + 0.25 * index * _SPAN:.0f} nm")
+
+
+def _selected(mapping: Any) -> str:
+    """Say where the selected points are, which the widget's own fields count from 0 to 1."""
+    chosen = [point.location for point in mapping.curves[0].points if point.select]
+    told = "; ".join(f"{SHORTEST_NM + _SPAN * x:.1f} nm, {y:.3f}" for x, y in chosen)
+    return f"Selected: {told or 'none'}"
+
+
 class DICHROMATIC_OT_edit_curve(bpy.types.Operator):
     bl_idname = "dichromatic.edit_curve"
     bl_label = "Edit Curve"
     bl_description = "Draw the spectrum by hand, from 380 to 780 nm and from 0 to 1; the node keeps the curve"
     bl_options = {"UNDO", "INTERNAL"}
 
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return getattr(context, "dichromatic_curve_owner", None) is not None
+    # No poll: it would be asked again when OK is pressed, where the context no longer has the button's node.
 
     def invoke(self, context: Any, event: Any) -> set[str]:
-        self._node = context.dichromatic_curve_owner
+        self._node = getattr(context, "dichromatic_curve_owner", None)
+        if self._node is None:
+            return self._without_node()
         self._lent = _lend(curve_points(self._node))
         return set(context.window_manager.invoke_props_dialog(self, width=420))
 
     def draw(self, context: Any) -> None:
         layout = self.layout
+        mapping = self._lent.nodes[0].mapping
         layout.template_curve_mapping(self._lent.nodes[0], "mapping")
-        row = layout.row()
-        for nanometres, alignment in ((380, "LEFT"), (480, "CENTER"), (580, "CENTER"), (680, "CENTER"), (780, "RIGHT")):
-            part = row.row()
-            part.alignment = alignment
-            part.label(text=f"{nanometres} nm")
+        _draw_wavelengths(layout)
+        layout.label(text=_selected(mapping))
 
     def execute(self, context: Any) -> set[str]:
         """Keep the curve (also called from scripts, where it starts the curve that the dialog would show)."""
         lent = getattr(self, "_lent", None)
-        node = self._node if lent is not None else context.dichromatic_curve_owner
+        node = self._node if lent is not None else getattr(context, "dichromatic_curve_owner", None)
+        if node is None:
+            return self._without_node()
         if lent is None:
             keep_curve(node, curve_points(node))
         else:
@@ -181,6 +200,10 @@ class DICHROMATIC_OT_edit_curve(bpy.types.Operator):
     def cancel(self, context: Any) -> None:
         """Give the lent node back when the dialog is left."""
         self._give_back()
+
+    def _without_node(self) -> set[str]:
+        self.report({"ERROR"}, "Curves are edited with the button of a Spectrum node whose source is Curve")
+        return {"CANCELLED"}
 
     def _give_back(self) -> None:
         bpy.data.node_groups.remove(self._lent)

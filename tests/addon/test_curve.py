@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -13,7 +14,7 @@ import pytest
 import spectral_core as core
 from dichromatic_addon.names import PLASTIC_NODE, SPECTRUM_NODE
 from dichromatic_addon.nodes.approximation import linear_rgb
-from dichromatic_addon.nodes.curve import CURVE_KEY, curve_points
+from dichromatic_addon.nodes.curve import CURVE_KEY, DICHROMATIC_OT_edit_curve, _lend, _selected, curve_points
 from dichromatic_addon.nodes.editing import link_spectrum_node, set_surface_node
 from dichromatic_addon.nodes.evaluation import spectrum_of_node
 from dichromatic_addon.nodes.reading import link_problems, read_material
@@ -154,3 +155,35 @@ def test_the_operator_draws_and_keeps(scene: Any) -> None:
     layout = FakeLayout()
     node.draw_compact(layout)
     assert "dichromatic.edit_curve" in layout.names("operator")
+
+
+def test_the_dialog_is_asked_nothing_when_ok_is_pressed(scene: Any) -> None:
+    """Blender asks an operator's poll again at OK, where the context no longer has the button's node."""
+    assert bpy.ops.dichromatic.edit_curve.poll()
+    with pytest.raises(RuntimeError, match="with the button of a Spectrum node"):
+        bpy.ops.dichromatic.edit_curve()
+    _, node = drawn()
+    lent = _lend(POINTS)
+    lent.nodes[0].mapping.curves[0].points[2].location = (0.6, 0.3)
+    lent.nodes[0].mapping.update()
+    refreshed = spectrum_of_node(node)
+    dialog = SimpleNamespace(_node=node, _lent=lent)
+    dialog._give_back = lambda: DICHROMATIC_OT_edit_curve._give_back(dialog)
+    assert DICHROMATIC_OT_edit_curve.execute(dialog, bpy.context) == {"FINISHED"}
+    assert spectrum_of_node(node) != refreshed
+    assert curve_points(node)[2][1] == pytest.approx(0.3)
+    assert dialog._lent is None
+
+
+def test_the_dialog_says_where_the_selected_points_are(scene: Any) -> None:
+    tree = _lend(POINTS)
+    points = tree.nodes[0].mapping.curves[0].points
+    for index, point in enumerate(points):
+        point.select = index == 2
+    layout = FakeLayout()
+    layout.template_curve_mapping = lambda node, name: getattr(node, name)  # type: ignore[attr-defined]
+    DICHROMATIC_OT_edit_curve.draw(SimpleNamespace(layout=layout, _lent=tree), bpy.context)
+    assert layout.names("label") == ["380 nm", "480 nm", "580 nm", "680 nm", "780 nm", "Selected: 620.0 nm, 0.800"]
+    for point in points:
+        point.select = False
+    assert _selected(tree.nodes[0].mapping) == "Selected: none"

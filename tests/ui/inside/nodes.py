@@ -13,6 +13,7 @@ from stage import ENGINE, PACKAGE, Stage, Step, act, choices_of_node, until
 
 SPECTRUM = "DichromaticNodeSpectrum"
 PLASTIC = "DichromaticNodePlastic"
+LENT_CURVE = ".Dichromatic Curve"  # while Edit Curve is open
 
 
 def tree_of(name: str = "Material") -> Any:
@@ -150,6 +151,33 @@ def a_material(stage: Stage) -> Step:
     tree_of().nodes.remove(copies[1])
 
 
+def curve_dialog(stage: Stage) -> Step:
+    """Edit Curve by its button's way: OK keeps what was drawn, and the lent curve is given back."""
+    area = stage.area("NODE_EDITOR")
+    node = next(node for node in tree_of().nodes if node.bl_idname == SPECTRUM)
+    node.source = "CURVE"
+    before = str(node["dichromatic_curve"])
+    yield from drawn_node(stage, "a drawn curve")
+    centre = {"x": area.x + area.width // 2, "y": area.y + area.height // 2}
+    stage.window.event_simulate("MOUSEMOVE", "NOTHING", **centre)
+    with stage.override(area), bpy.context.temp_override(dichromatic_curve_owner=node):
+        bpy.ops.dichromatic.edit_curve("INVOKE_DEFAULT")
+    mapping = bpy.data.node_groups[LENT_CURVE].nodes[0].mapping
+    mapping.curves[0].points[1].location = (0.35, 0.9)
+    mapping.update()
+    stage.redraw()
+    stage.shot("edit_curve", area)
+
+    def is_over() -> bool:
+        if LENT_CURVE in bpy.data.node_groups:
+            stage.press("RET", area)  # out of the field that a dialog starts in, then OK
+        return LENT_CURVE not in bpy.data.node_groups
+
+    yield until(is_over, "OK gave the lent curve back", limit=20.0)
+    assert str(node["dichromatic_curve"]) != before, "OK did not keep the curve"
+    yield from drawn_node(stage, "another curve was drawn")
+
+
 def described() -> list[Any]:
     """What of the material must survive a file: nodes, choices, values and links."""
     nodes = []
@@ -197,6 +225,7 @@ def script(stage: Stage) -> Step:
     yield from menus(stage)
     yield from each_node_alone(stage)
     yield from a_material(stage)
+    yield from curve_dialog(stage)
     yield from saved_and_opened(stage)
     stage.report["nodes"] = [cls.bl_idname for cls in own_classes(stage)]
 
