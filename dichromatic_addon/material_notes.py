@@ -118,7 +118,8 @@ def draw_approximations(layout: Any, material: Any, width: int) -> None:
         draw_wrapped(body, str(error), "ERROR", width)
         return
     for text in notes:
-        draw_wrapped(body, text.partition(": ")[2], "DOT", width)
+        told = text.partition(": ")[2]
+        draw_wrapped(body, told[:1].upper() + told[1:], "DOT", width)
 
 
 def fitted_lines(record: core.fitting.MaterialRecord) -> list[str]:

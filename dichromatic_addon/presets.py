@@ -81,7 +81,7 @@ PRESETS: tuple[MaterialPreset, ...] = (
     _plastic("Orange Bucket", "plastic orange", 1.0, 8.0, "exponential"),
     _plastic("White Appliance", "plastic white", 2.0, 40.0),
     _plastic("Black Keyboard", "plastic black", 0.3, 6.0, "exponential"),
-    _plastic("Grey Housing", "plastic grey", 0.6, 8.0, "exponential"),
+    _plastic("Gray Housing", "plastic grey", 0.6, 8.0, "exponential"),
     _paint("Cream Wall Paint", "paint cream", 0.05, 2.0),
     _paint("Signal Red Enamel", "paint signal red", 6.0, 150.0),
     _paint("Cobalt Blue Gloss", "paint cobalt blue", 4.0, 80.0),
@@ -109,7 +109,7 @@ PRESETS: tuple[MaterialPreset, ...] = (
     _metal("Red Brass", "brass-85-15", 8.0),
     _metal("Gold", "gold", 6.0),
     _metal("Silver", "silver", 6.0),
-    _metal("Brushed Aluminium", "aluminium", 6.0, 20.0),
+    _metal("Brushed Aluminum", "aluminium", 6.0, 20.0),
 )
 """The materials, in the order of the menu. Their spectra are the library's; gloss and roughness are chosen by eye,
 except for the cups, the satin and the spun copper, which have the parameters of Tominaga 1996 (Figures 10 to 12)."""
@@ -189,6 +189,7 @@ class DICHROMATIC_OT_material_preset(bpy.types.Operator):
 class DICHROMATIC_MT_material_presets(bpy.types.Menu):
     bl_idname = "DICHROMATIC_MT_material_presets"
     bl_label = "Material Presets"
+    bl_description = "Named materials: plastics, paints, natural materials, cloth, paper and metals"
 
     def draw(self, context: Any) -> None:
         row = self.layout.row()

@@ -4,12 +4,14 @@ from typing import Any
 
 import bpy
 
+from .names import ENGINE_ID
 from .panel_base import PropertiesPanel, columns
 from .wrapped import draw_wrapped, panel_line
 
 __all__ = ["CLASSES", "register", "unregister"]
 
 _WITH_SURFACES = frozenset({"MESH", "CURVE", "SURFACE", "FONT", "META"})
+_VISIBILITY = "OBJECT_PT_visibility"  # Blender's own panel
 
 
 class DICHROMATIC_PT_override(PropertiesPanel, bpy.types.Panel):
@@ -130,7 +132,7 @@ class DICHROMATIC_PT_world_light_group(PropertiesPanel, bpy.types.Panel):
 class DICHROMATIC_PT_object_ray_visibility(PropertiesPanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "object"
-    bl_parent_id = "OBJECT_PT_visibility"
+    bl_parent_id = _VISIBILITY
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -142,8 +144,12 @@ class DICHROMATIC_PT_object_ray_visibility(PropertiesPanel, bpy.types.Panel):
         column = layout.column()
         column.prop(obj, "visible_camera", text="Camera")
         column.prop(obj, "visible_shadow", text="Shadow")
-        column = layout.column(heading="Mask")
-        column.prop(obj, "is_shadow_catcher")
+
+
+def _draw_shadow_catcher(self: Any, context: Any) -> None:
+    """Draw below Blender's own mask, Holdout, where Cycles has it."""
+    if context.engine == ENGINE_ID and context.object.type in _WITH_SURFACES:
+        columns(self.layout).prop(context.object, "is_shadow_catcher")
 
 
 class DICHROMATIC_OT_light_group_each(bpy.types.Operator):
@@ -183,12 +189,18 @@ CLASSES = (
 
 
 def register() -> None:
-    """Register the panels and the operator."""
+    """Register the panels and the operator, and add to Blender's panel of an object's visibility."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    panel = getattr(bpy.types, _VISIBILITY, None)  # absent in a Blender without its own interface scripts
+    if panel is not None:
+        panel.append(_draw_shadow_catcher)
 
 
 def unregister() -> None:
     """Take them out again."""
+    panel = getattr(bpy.types, _VISIBILITY, None)
+    if panel is not None:
+        panel.remove(_draw_shadow_catcher)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
