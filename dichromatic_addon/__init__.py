@@ -16,6 +16,7 @@ def _modules() -> tuple[object, ...]:
         light_linking_panels,
         live_relight,
         manual,
+        menus,
         nodes,
         operators,
         panels,
@@ -44,6 +45,7 @@ def _modules() -> tuple[object, ...]:
         operators,
         conversion,
         *studying,
+        menus,
         cli,
     )
 

@@ -12,7 +12,7 @@ from .relighting import settings_differences
 from .study_settings import STANDARD_LAMPS
 from .wrapped import draw_wrapped, panel_line
 
-__all__ = ["CLASSES", "register", "unregister"]
+__all__ = ["CLASSES", "draw_map_button", "draw_sheet_button", "register", "unregister"]
 
 
 class _InRenderProperties(PropertiesPanel):
@@ -126,6 +126,18 @@ def _report(context: Any, name: str) -> str:
     return str(getattr(kept, name)) if kept is not None else ""
 
 
+def draw_map_button(layout: Any, settings: Any) -> None:
+    """Draw the operator of the metamerism map with the settings of the scene."""
+    made = layout.operator("dichromatic.metamerism_map", icon="COLOR")
+    made.first, made.second, made.largest = settings.first_lamp, settings.second_lamp, settings.largest
+
+
+def draw_sheet_button(layout: Any, settings: Any) -> None:
+    """Draw the operator of the contact sheet with the settings of the scene."""
+    made = layout.operator("dichromatic.contact_sheet", icon="IMGDISPLAY")
+    made.adapt, made.columns = settings.adapt, settings.columns
+
+
 class _Map:
     bl_label = "Metamerism Map"
     bl_options = {"DEFAULT_CLOSED"}
@@ -139,8 +151,7 @@ class _Map:
         column.prop(settings, "first_lamp", text="Lamps")
         column.prop(settings, "second_lamp", text=" ")
         layout.prop(settings, "largest")
-        made = layout.operator("dichromatic.metamerism_map", icon="COLOR")
-        made.first, made.second, made.largest = settings.first_lamp, settings.second_lamp, settings.largest
+        draw_map_button(layout, settings)
         draw_wrapped(layout, _report(context, "map_report"), "INFO", panel_line(context))
 
 
@@ -164,8 +175,7 @@ class _Sheet:
             layout.operator("dichromatic.study_lamps", text="Choose Lamps", icon="ADD").action = "STANDARD"
         layout.prop(settings, "columns")
         layout.prop(settings, "adapt")
-        made = layout.operator("dichromatic.contact_sheet", icon="IMGDISPLAY")
-        made.adapt, made.columns = settings.adapt, settings.columns
+        draw_sheet_button(layout, settings)
 
 
 class _Probe:

@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 import spectral_core as core
-from dichromatic_addon import light_linking_panels, panels, presets, properties
+from dichromatic_addon import light_linking_panels, menus, panels, presets, properties, view_layer_panels
 from dichromatic_addon.names import CLOTH_NODE, METAL_NODE, PLASTIC_NODE, SPECTRUM_NODE
 from dichromatic_addon.nodes import dielectric, editing, menu, metal, mix
 from dichromatic_addon.nodes import spectrum as spectrum_node
@@ -237,6 +237,44 @@ def test_the_add_menu_lists_the_nodes_for_our_engine_only(scene):
         context = SimpleNamespace(engine=engine, space_data=SimpleNamespace(shader_type="OBJECT"))
         menu._draw_entry(SimpleNamespace(layout=layout), context)
         assert layout.names("menu") == expected
+
+
+def test_menus_offer_what_the_search_is_to_find(scene):
+    """F3 searches menus: an operator that stands in none is found only with Blender's developer extras."""
+    scene.render.engine = "DICHROMATIC"
+    layout = FakeLayout()
+    context = SimpleNamespace(scene=scene, engine=scene.render.engine)
+    for _, draw_entry in menus.MENUS:
+        draw_entry(SimpleNamespace(layout=layout), context)
+    assert layout.names("menu") == ["DICHROMATIC_MT_studies"]
+    menus.DICHROMATIC_MT_studies.draw(SimpleNamespace(layout=layout), context)
+    assert {
+        "dichromatic.render_image",
+        "dichromatic.list_approximations",
+        "dichromatic.convert_materials",
+        "dichromatic.metamerism_map",
+        "dichromatic.contact_sheet",
+        "dichromatic.pick_pixel",
+    } <= set(layout.names("operator"))
+    context.engine = "BLENDER_WORKBENCH"
+    layout = FakeLayout()
+    for _, draw_entry in menus.MENUS:
+        draw_entry(SimpleNamespace(layout=layout), context)
+    assert layout.drawn == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "engine", "shown"),
+    [("MESH", "DICHROMATIC", True), ("LIGHT", "DICHROMATIC", False), ("MESH", "CYCLES", False)],
+)
+def test_the_shadow_catcher_stands_in_blenders_visibility(scene, kind, engine, shown):
+    made = bpy.data.objects.new(
+        "Made", bpy.data.meshes.new("M") if kind == "MESH" else bpy.data.lights.new("L", "POINT")
+    )
+    layout = FakeLayout()
+    context = SimpleNamespace(object=made, engine=engine)
+    view_layer_panels._draw_shadow_catcher(SimpleNamespace(layout=layout), context)
+    assert layout.names("prop") == ["is_shadow_catcher"][: int(shown)]
 
 
 # ---- presets
