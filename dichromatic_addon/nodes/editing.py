@@ -27,6 +27,8 @@ surface_items = (
     (METAL_NODE, "Metal", "Type III: no body; a reflection that turns white towards grazing angles", "MATERIAL", 2),
 )
 
+GAP = 60  # between a surface node and the output
+
 
 def material_output(tree: Any) -> Any:
     """Return the Material Output that our engine reads, made where there is none."""
@@ -84,7 +86,7 @@ def set_surface_node(material: Any, node_type: str) -> Any:
         return old
     node = tree.nodes.new(node_type)
     if old is None:
-        node.location = (output.location.x - node.width - 60, output.location.y)
+        node.location = (output.location.x - node.width - GAP, output.location.y)
     else:
         node.location = old.location
         _keep_inputs(tree, old, node)
@@ -99,8 +101,21 @@ def set_surface_node(material: Any, node_type: str) -> Any:
         else:
             old.location.y -= 400
         remove_unused_spectra(tree)
+    _make_room(node, output)
     tree.update_tag()
     return node
+
+
+def _make_room(node: Any, output: Any) -> None:
+    """Keep a surface node from covering the output: ours are wider than the nodes that they replace."""
+    covered = node.location.x + node.width + GAP - output.location.x
+    is_left_of_it = node.location.x < output.location.x
+    if covered <= 0.0 or not is_left_of_it or node.parent != output.parent:
+        return
+    if any(socket.is_linked for socket in node.inputs):
+        output.location.x += covered  # what is linked stands to the left
+    else:
+        node.location.x -= covered
 
 
 def _keep_inputs(tree: Any, old: Any, new: Any) -> None:

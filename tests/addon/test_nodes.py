@@ -129,6 +129,26 @@ def test_the_first_type_takes_over_the_principled_base_colour(scene):
     assert tuple(node.inputs["Body Reflectance"].default_value) == pytest.approx((0.1, 0.2, 0.3, 1.0))
 
 
+@pytest.mark.parametrize("has_link", [False, True])
+def test_a_new_type_does_not_cover_the_output(scene, has_link):
+    """Blender's default leaves 50 between a Principled of 240 and the output; ours is 340 wide."""
+    material = bpy.data.materials.new("From Cycles")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    principled = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfPrincipled")
+    output = tree.get_output_node("ALL")
+    output.location, principled.location = (300.0, 300.0), (10.0, 300.0)
+    if has_link:
+        colour = tree.nodes.new("ShaderNodeRGB")
+        colour.location = (-200.0, 300.0)
+        tree.links.new(colour.outputs[0], principled.inputs["Base Color"])
+    node = set_surface_node(material, PLASTIC_NODE)
+    assert node.location.x + node.width < output.location.x
+    if has_link:
+        assert colour.location.x + colour.width < node.location.x
+
+
 def test_a_foreign_shader_with_links_of_its_own_is_kept(scene):
     material = bpy.data.materials.new("Textured")
     if material.node_tree is None:
