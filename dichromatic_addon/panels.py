@@ -315,7 +315,7 @@ class DICHROMATIC_PT_adaptation(PropertiesPanel, bpy.types.Panel):
         layout.prop(settings, "adaptation")
         column = layout.column()
         column.active = settings.adaptation != "none"
-        column.prop(settings, "white_source")
+        column.prop(settings, "white_source", text="White")
         if settings.white_source == "LIBRARY":
             column.prop(settings, "white_illuminant")
         elif settings.white_source == "TEMPERATURE":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mathutils
@@ -14,7 +14,6 @@ from ._core import core
 __all__ = [
     "illuminant_by_name",
     "luminance",
-    "match_names",
     "radiator",
     "radiator_items",
     "rec709_to_working",
@@ -36,25 +35,23 @@ radiator_items = (
 )
 
 
-def match_names(text: str, names: Iterable[str]) -> list[str]:
-    """Return the names that contain every word of `text`, whatever the case."""
-    words = text.lower().split()
-    return [name for name in names if all(word in name.lower() for word in words)]
+# Callbacks for ``search`` of a StringProperty. They give all names: Blender lists them all when a field is clicked, and
+# looks for what is typed by itself, from then on.
 
 
 def search_illuminants(owner: Any, context: Any, edit_text: str) -> list[str]:
-    """Offer the illuminants of the library (a ``search`` callback of a StringProperty)."""
-    return match_names(edit_text, core.illuminant_names())
+    """Offer the illuminants of the library."""
+    return [*core.illuminant_names()]
 
 
 def search_spectra(owner: Any, context: Any, edit_text: str) -> list[str]:
     """Offer the reflectances of the library, then its illuminants."""
-    return match_names(edit_text, [*core.reflectance_names(), *core.illuminant_names()])
+    return [*core.reflectance_names(), *core.illuminant_names()]
 
 
 def search_metals(owner: Any, context: Any, edit_text: str) -> list[str]:
     """Offer the metals of the library."""
-    return match_names(edit_text, core.metal_names())
+    return [*core.metal_names()]
 
 
 def illuminant_by_name(name: str) -> core.Spectrum:

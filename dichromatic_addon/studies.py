@@ -13,6 +13,7 @@ from . import last_render
 from ._core import core
 from .bitmap_font import draw_text, text_width
 from .callbacks import search_callback
+from .image_view import show_whole
 from .operators import put_image
 from .picture import srgb_development
 from .spectrum_plot import plot_spectra
@@ -48,9 +49,7 @@ def _show(context: Any, image: Any) -> None:
         is_another_size = space.image is None or tuple(space.image.size) != tuple(image.size)
         space.image = image
         if is_another_size:  # at the zoom of the picture before, only the middle of a sheet would be seen
-            window = next(region for region in context.area.regions if region.type == "WINDOW")
-            with context.temp_override(region=window):
-                bpy.ops.image.view_all()
+            show_whole(context.area, image)
 
 
 class _Study(last_render.NeedsKeptRender):

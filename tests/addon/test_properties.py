@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import spectral_core as core
-from dichromatic_addon import compat, preferences, properties
+from dichromatic_addon import compat, preferences, properties, spectrum_sources
 from dichromatic_addon.nodes.base import attenuation_items
 from dichromatic_addon.properties import (
     illuminant_problem,
@@ -20,6 +20,20 @@ from dichromatic_addon.properties import (
 from tests.tolerances import BLENDER_FLOAT, REC709_ROUND_TRIP
 
 pytestmark = pytest.mark.bpy
+
+
+@pytest.mark.parametrize(
+    ("search", "names"),
+    [
+        (spectrum_sources.search_illuminants, core.illuminant_names()),
+        (spectrum_sources.search_spectra, [*core.reflectance_names(), *core.illuminant_names()]),
+        (spectrum_sources.search_metals, core.metal_names()),
+    ],
+)
+@pytest.mark.parametrize("typed", ["", "D65", "nothing has this name"])
+def test_a_field_that_is_clicked_lists_the_whole_library(search, names, typed):
+    """Blender hands over what the field holds, and looks for what is typed by itself."""
+    assert search(None, None, typed) == list(names)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from dichromatic_addon import (
+    image_view,
     last_render,
     live_relight,
     panels,
@@ -449,6 +450,36 @@ def test_a_pixel_picked_on_the_contact_sheet_is_that_of_its_picture(rendered: An
         "that place lies between the pictures",
         "'Dichromatic Probe' is a plot: pick a pixel in a picture of the render",
     ]
+
+
+@pytest.mark.parametrize("side", ["right", "left", "beside", "hidden", "whole"])
+@pytest.mark.parametrize("size", [(968, 548), (300, 200), (400, 3000)])
+def test_a_sheet_is_shown_whole_where_nothing_lies_over_it(side: str, size: tuple[int, int]) -> None:
+    """The editor shows the picture's pixel p at (p - middle - pan) zoom from the middle of its window."""
+    window = SimpleNamespace(type="WINDOW", x=100, y=0, width=1322, height=849)
+    sidebar = SimpleNamespace(type="UI", x=1131, y=0, width=291, height=849)
+    free = (0, 1031)
+    if side == "left":
+        sidebar.x, free = 100, (291, 1322)
+    elif side == "beside":  # without Blender's Region Overlap it takes from the window's width
+        sidebar.x, free = 1422, (0, 1322)
+    elif side == "hidden":
+        sidebar.x, sidebar.width, free = 1421, 1, (0, 1322)
+    elif side == "whole":  # nothing is free: as if it were not there
+        sidebar.x, sidebar.width, free = 100, 1322, (0, 1322)
+    span = image_view.free_span(window, [sidebar, window])
+    assert span == free
+    zoom, pan = image_view.whole_view(size, window.height, window.width, span)
+    assert zoom <= 1.0
+    corners = [
+        [0.5 * length + (end - 0.5 * own - moved) * zoom for end in (0, own)]
+        for length, own, moved in zip((window.width, window.height), size, pan, strict=True)
+    ]
+    room = [(free[0], free[1]), (0, window.height)]
+    for (low, high), (first, last) in zip(corners, room, strict=True):
+        assert first <= low < high <= last
+        assert low - first == pytest.approx(last - high)  # in the middle
+    assert zoom == 1.0 or min(low - first for (low, _), (first, _) in zip(corners, room, strict=True)) < 10.0
 
 
 def test_a_black_pixel_can_be_probed(rendered: Any) -> None:

@@ -112,6 +112,9 @@ def studies(stage: Stage) -> Step:
         with stage.override(area):
             assert call() == {"FINISHED"}, name
         yield from stage.show(area, f"after {name}", "UI")
+        if name == "contact_sheet":
+            assert_seen_whole(area)
+            stage.shot("contact_sheet", area)
     with stage.override(area):
         bpy.ops.dichromatic.study_lamps(action="STANDARD")
     yield from stage.show(area, "lamps chosen", "UI")
@@ -138,6 +141,18 @@ def studies(stage: Stage) -> Step:
         assert bpy.ops.dichromatic.free_render() == {"FINISHED"}
     yield from stage.show(area, "the render was freed", "UI")
     stage.shot("image_editor_free", area)
+
+
+def assert_seen_whole(area: Any) -> None:
+    """The picture lies within the editor's window, and not below its sidebar."""
+    regions = {region.type: region for region in area.regions}
+    window, sidebar = regions["WINDOW"], regions["UI"]
+    left, bottom = window.view2d.view_to_region(0.0, 0.0, clip=False)
+    right, top = window.view2d.view_to_region(1.0, 1.0, clip=False)
+    free = min(window.width, sidebar.x - window.x)
+    where = f"({left}, {bottom}) to ({right}, {top}) of {free} x {window.height}"
+    assert 0 <= left < right <= free, where
+    assert 0 <= bottom < top <= window.height, where
 
 
 def show_category(region: Any, area: Any) -> bool:
