@@ -19,7 +19,7 @@ from .colorimetry import Observer, WavelengthGrid, observer, wavelength_grid
 from .errors import InvalidParameterError, SceneError
 from .film_builder import Deposits, FilmPart, joined_parts
 from .light_plan import light_sources
-from .lights import LampPoint, LightSource
+from .lights import EnvironmentLight, LampPoint, LightSource
 from .plan import RenderPlan, make_plan
 from .sample_pattern import SamplePattern, first_samples, interleaving
 from .scene import RenderSettings, Scene
@@ -195,6 +195,12 @@ class Job:
         spectra.tristimulus_table(plan.direct_terms, sees, grid)
         if step is None:
             step = interleaving(settings, plan.is_sampled or camera.has_lens)
+        sources = light_sources(plan.sources, scene, acceleration)
+        counts = tuple(source.points for source in plan.sources)
+        pattern = SamplePattern.make(settings, step, counts, camera.lens_blades, thinness)
+        for number, source in enumerate(sources):
+            if isinstance(source, EnvironmentLight):
+                pattern = pattern.balanced(number, source.directions, settings.seed)
         return cls(
             scene=scene,
             settings=settings,
@@ -204,10 +210,8 @@ class Job:
             grid=grid,
             geometry=geometry,
             visibility=Visibility(acceleration, camera, settings.width, settings.height),
-            sources=light_sources(plan.sources, scene, acceleration),
-            pattern=SamplePattern.make(
-                settings, step, tuple(source.points for source in plan.sources), camera.lens_blades, thinness
-            ),
+            sources=sources,
+            pattern=pattern,
             step=step,
             masks=_masks(scene),
             seconds=time.perf_counter() - started,

@@ -2,18 +2,22 @@
 
 A pixel's points of a lamp are a run of Sobol's sequence, so that a few cover the ground; those of two by two
 neighbours are a longer run of the same, and those of four by four a longer one still, so that neighbours together
-cover it more finely. The points within the pixel are the same everywhere.
+cover it more finely. The points within the pixel are the same everywhere. Directions to surroundings are then
+exchanged among the pixels of a tile, so that each has even ones.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .scene import RenderSettings
 from .sub_pictures import tile_places
+from .tracing.balance import MOST_BALANCED, balanced_groups
 from .tracing.sampling import disk_points, pixel_offsets, polygon_points, sobol_points
 
 __all__ = ["SamplePattern", "interleaving"]
@@ -116,6 +120,48 @@ class SamplePattern:
         lens = np.stack([row[_shuffled(samples, first, rng)] for row in lens])
         return cls(offsets, lens, tuple(_points(step, samples, count, rng) for count in lamp_points))
 
+    def balanced(
+        self, source: int, directions: Callable[[NDArray[np.float64]], NDArray[np.float64]], seed: int
+    ) -> SamplePattern:
+        """Exchange a source's points between sub-pictures, so that each looks evenly around.
+
+        Parameters
+        ----------
+        source : int
+            Number of the source in `lamps`.
+        directions : callable
+            Gives the unit vectors (..., 3) to which its numbers (..., 3) lead.
+        seed : int
+            Of the settings.
+
+        Returns
+        -------
+        SamplePattern
+            With the same points for a tile; in the mean over all seeds those of a pixel are spread as they were.
+            This one where there is a single sub-picture, or more than 256 points.
+
+        Raises
+        ------
+        ValueError
+            By numpy, if the shapes do not fit together.
+
+        References
+        ----------
+        See :func:`~spectral_core.tracing.balance.balanced_groups`.
+        """
+        numbers = self.lamps[source]
+        places, samples, count, _ = numbers.shape
+        if places == 1 or places * samples * count > MOST_BALANCED:
+            return self
+        chosen = balanced_groups(directions(numbers).reshape(places, samples * count, 3))
+        # Which pixel gets which group must not hang on how they were found. Squares of pixels stay together.
+        rank = np.array([_run_number(column, row) for column, row in tile_places(math.isqrt(places))])
+        moved = rank ^ np.random.default_rng((seed, 1, source)).integers(places)
+        chosen = chosen[np.argsort(rank)[moved]]
+        lamps = list(self.lamps)
+        lamps[source] = np.take(numbers.reshape(-1, 3), chosen, axis=0).reshape(numbers.shape)
+        return replace(self, lamps=tuple(lamps))
+
 
 def first_samples(settings: RenderSettings) -> int:
     """How many samples every pixel takes before it is decided whether it needs the others.
@@ -157,14 +203,14 @@ def _shuffled(samples: int, first: int, rng: np.random.Generator) -> NDArray[np.
 
 def _points(step: int, samples: int, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Points (K * K, S, J, 3) of one lamp, for each sub-picture, sample and point that a sample takes."""
-    run = 1 << (samples * count - 1).bit_length()
+    run = samples * count  # without gaps between the runs of two pixels: what falls into them would be seen by none
     place = np.array([_run_number(column, row) for column, row in tile_places(step)])
-    index = place[:, None] * run + np.arange(samples * count)
+    index = place[:, None] * run + np.arange(run)
     scramble = rng.integers(0, 1 << 32, 3, np.uint32)
     points = sobol_points(index, scramble)
     # The third number chooses a triangle. It stays in its interval, but is random there: even steps may keep pace with
     # how a mesh's triangles follow each other.
-    intervals = run * len(place)
+    intervals = 1 << (index.size - 1).bit_length()
     within = np.random.default_rng(scramble).random(index.shape)
     points[..., 2] = (np.floor(points[..., 2] * intervals) + within) / intervals
     return points.reshape(step * step, samples, count, 3)

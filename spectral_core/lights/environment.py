@@ -173,6 +173,30 @@ class EnvironmentLight:
         red, green, blue = self.image.radiance(direction[None])[0].tolist()
         return LampPoint(to_light=direction, factor=solid_angle / chance, weights=(red, green, blue))
 
+    def directions(self, unit_squares: Floats) -> Vector:
+        """Find the directions that many random numbers choose.
+
+        Parameters
+        ----------
+        unit_squares : ndarray of float64, shape (..., 3)
+            As for :meth:`lamp_point`.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 3)
+            Unit vectors.
+
+        Raises
+        ------
+        None.
+
+        References
+        ----------
+        See :meth:`lamp_point`.
+        """
+        points = [self.lamp_point(u, np.zeros(3)).to_light for u in unit_squares.reshape(-1, 3)]
+        return np.array(points, np.float64).reshape(unit_squares.shape)
+
     def illuminate(self, points: Floats, centre: Vector, at: LampPoint | None = None) -> Illumination:
         """Direction, distance and irradiance of N points from one direction, for a radiance of 1.
 
