@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from . import last_render
 from ._core import core
-from .first_look import first_look, is_worth_it
+from .first_look import enlarged, first_look, is_worth_it
 from .names import ENGINE_ID
 from .persistent import acceleration_for
 from .progress_bar import format_duration
@@ -25,6 +25,7 @@ from .render_passes import PassRequest, pass_pixels, passes_of_layer
 from .scene_export import ExportedScene, export_camera, export_scene
 from .stereo import StereoEye, stereo_views
 from .viewport import View, ViewSession
+from .window_updates import Pace, WaitingBands
 
 __all__ = [
     "CLASSES",
@@ -42,6 +43,7 @@ _BANDS_WANTED = 24  # so that the window shows the picture growing
 _RAYS_A_BAND = 1 << 20  # about a second or two of work, however many samples a pixel has
 _GOOD_BAND = 1 << 17  # pixels; a fifth quicker than a quarter of it, since each band looks through the triangles anew
 _LEAST_BAND = 1 << 15  # pixels; smaller bands cost more than they show
+_STRIP = 1 << 18  # pixels that are handed to Blender at once while the render goes on: some hundredths of a second
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,6 +223,8 @@ class _LayerJob:
         self._layer = ""
         self._view = ""
         self._views_done, self._views = 0, 1
+        self._pace, self._is_due = Pace(), True  # whether the window is to hear of what comes now
+        self._waiting = WaitingBands()
 
     def run(self, depsgraph: Any) -> FinishedLayer:
         self._progress(0.0, "reading the scene")
@@ -264,11 +268,15 @@ class _LayerJob:
         def show(band: Any) -> None:
             self._show(band, exported)
 
+        self._waiting = WaitingBands()
         executor = None if self._listener is None else self._listener.executor
         is_watched = _is_watched()
         if is_watched and is_worth_it(settings):
             self._progress(0.0, "a first look")
-            self._put(0, {"Combined": first_look(exported, settings, acceleration, self._is_cancelled)})
+            look = first_look(exported, settings, acceleration, self._is_cancelled)
+            self._put_strips(
+                0, settings.height, exported, lambda first, end: enlarged(look, settings.width, first, end)
+            )
         render = core.render(
             exported.scene,
             settings,
@@ -292,9 +300,13 @@ class _LayerJob:
             raise core.RenderCancelledError("the render was cancelled")
 
     def _progress(self, fraction: float, message: str) -> None:
+        # What is about to be done is told at once: it may take long.
+        self._is_due = not _is_watched() or fraction == 0.0 or self._pace.is_due()
         fraction = (self._views_done + fraction) / self._views
         if self._listener is not None and self._listener.progress is not None:
             self._listener.progress(fraction, message)
+            return
+        if not self._is_due and fraction < 1.0:
             return
         if 0.0 < fraction < 1.0:
             left = (time.monotonic() - self._started) * (1.0 - fraction) / fraction
@@ -303,9 +315,36 @@ class _LayerJob:
         self._engine.update_progress(fraction)
 
     def _show(self, band: Any, exported: ExportedScene) -> None:
-        """Hand a finished band to the window."""
-        pixels = exported.colour.rgba(band.tristimulus, band.coverage if exported.is_transparent else None)
-        self._put(exported.region.height - band.first_row - len(pixels), {"Combined": pixels})
+        """Hand a finished band to the window, with those that waited for it, if the window is to hear of it now."""
+        self._waiting.add(band)
+        if not self._is_due:
+            return
+        begun = self._pace.clock()
+        for ready in self._waiting.take():
+            self._put_band(ready, exported)
+        self._pace.rest_after(self._pace.clock() - begun)
+
+    def _put_band(self, band: Any, exported: ExportedScene) -> None:
+        def pixels(first: int, end: int) -> NDArray[np.float32]:
+            rows = slice(first - band.first_row, end - band.first_row)
+            coverage = band.coverage[rows] if exported.is_transparent else None
+            return exported.colour.rgba(band.tristimulus[rows], coverage)
+
+        self._put_strips(band.first_row, band.first_row + len(band.tristimulus), exported, pixels)
+
+    def _put_strips(
+        self, first: int, end: int, exported: ExportedScene, pixels: Callable[[int, int], NDArray[np.float32]]
+    ) -> None:
+        """Write rows from `first` to before `end`, counted from the top, some at a time.
+
+        ESC is asked for in between, and small arrays get memory that was used before, which is much sooner written.
+        """
+        height, width = exported.region.height, exported.region.width
+        step = max(1, _STRIP // width)
+        for top in range(first, end, step):
+            self._stop_if_cancelled()
+            bottom = min(top + step, end)
+            self._put(height - bottom, {"Combined": pixels(top, bottom)})
 
     def _put(self, bottom: int, pixels: dict[str, NDArray[np.float32]]) -> None:
         """Write rows of some passes to the result, `bottom` being the lowest of them."""

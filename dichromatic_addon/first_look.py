@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._core import core
 from .camera_reading import Region
 
-__all__ = ["first_look", "is_worth_it"]
+__all__ = ["enlarged", "first_look", "is_worth_it"]
 
 _STEP = 8  # pixels on a side of one pixel of the coarse picture
 _LEAST_RAYS = 1 << 22  # camera rays of the whole render; fewer are a few seconds, and need no coarse picture
@@ -39,8 +39,8 @@ def first_look(exported: Any, settings: Any, acceleration: Any, cancel: Callable
 
     Returns
     -------
-    ndarray of float32, shape (H, W, 4)
-        Scene linear, premultiplied; each ray's colour fills its square. Mirrors show one bounce.
+    ndarray of float32, shape (ceil(H / 8), ceil(W / 8), 4)
+        Scene linear, premultiplied; for :func:`enlarged`. Mirrors show one bounce.
 
     Raises
     ------
@@ -71,6 +71,36 @@ def first_look(exported: Any, settings: Any, acceleration: Any, cancel: Callable
         film_bytes=None,
     )
     render = core.render(scene, coarse, cancel=cancel, acceleration=acceleration)
-    pixels = exported.colour.rgba(render.tristimulus(), render.alpha if exported.is_transparent else None)
-    large = np.repeat(np.repeat(pixels, _STEP, axis=0), _STEP, axis=1)
-    return np.ascontiguousarray(large[: settings.height, : settings.width])
+    return exported.colour.rgba(  # type: ignore[no-any-return]
+        render.tristimulus(), render.alpha if exported.is_transparent else None
+    )
+
+
+def enlarged(look: NDArray[np.float32], width: int, first: int, end: int) -> NDArray[np.float32]:
+    """Fill the squares of a first look.
+
+    Parameters
+    ----------
+    look : ndarray of float32, shape (h, w, 4)
+        From :func:`first_look`.
+    width : int
+        Of the picture.
+    first, end : int
+        Rows of the picture that are wanted: the first, and the one behind the last.
+
+    Returns
+    -------
+    ndarray of float32, shape (end - first, width, 4)
+        Each ray's colour in all of its square.
+
+    Raises
+    ------
+    None.
+
+    References
+    ----------
+    Own design.
+    """
+    above = first // _STEP
+    large = np.repeat(np.repeat(look[above : -(-end // _STEP)], _STEP, axis=0), _STEP, axis=1)
+    return large[first - above * _STEP : end - above * _STEP, :width]

@@ -175,7 +175,7 @@ def render(
         Asked every few hundredths of a second in the caller's thread (with one thread: between parts, samples and
         lights); a true answer stops the render.
     on_band : callable, optional
-        Called with each :class:`Band` that is new, in the caller's thread.
+        Called with each :class:`Band` that is new, in the caller's thread; what it raises ends the render.
     rows : int, optional
         Render only so many rows, spread evenly over the picture, each as thin as one of the whole; the render is so
         high. A cheap and fair sample of the picture.

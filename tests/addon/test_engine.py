@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import subprocess
 import sys
@@ -17,8 +18,9 @@ import pytest
 from dichromatic_addon import engine as engine_module
 from dichromatic_addon._core import core
 from dichromatic_addon.engine import DichromaticRenderEngine, _LayerJob
-from dichromatic_addon.first_look import first_look, is_worth_it
+from dichromatic_addon.first_look import enlarged, first_look, is_worth_it
 from dichromatic_addon.operators import _our_engine, render_layers
+from dichromatic_addon.window_updates import Pace
 from tests.addon.building import add_camera, add_light, add_plane, combined, small_picture, white_material
 from tests.tolerances import FLOAT32_ROUNDING
 
@@ -222,6 +224,7 @@ def test_a_watched_render_shows_a_first_look_then_its_parts_then_the_whole(
     studio.dichromatic.samples = 2
     monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
     monkeypatch.setattr(engine_module, "is_worth_it", lambda settings: True)
+    monkeypatch.setattr(engine_module, "Pace", lambda: Pace(clock=itertools.count(0.0, 100.0).__next__))
     recorder = Recorder(1024, 96)
     finished = _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
     first, *parts, whole = recorder.tiles
@@ -236,6 +239,45 @@ def test_a_watched_render_shows_a_first_look_then_its_parts_then_the_whole(
     assert recorder.fractions[-1] == 1.0
 
 
+@pytest.mark.parametrize("seconds_a_look", [0.0, 0.2])
+def test_bands_that_waited_are_shown_with_the_next(
+    studio: Any, monkeypatch: pytest.MonkeyPatch, seconds_a_look: float
+) -> None:
+    """From the top, none left out; with time standing still nothing is shown between the first and the whole."""
+    studio.render.resolution_x, studio.render.resolution_y = 1200, 480
+    studio.dichromatic.samples, studio.render.threads_mode, studio.render.threads = 1, "FIXED", 1
+    monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
+    monkeypatch.setattr(engine_module, "_band_samples", lambda settings: 1200 * 20)
+    ticks = itertools.count(0.0, seconds_a_look)
+    monkeypatch.setattr(engine_module, "Pace", lambda: Pace(clock=ticks.__next__))
+    recorder = Recorder(1200, 480)
+    _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
+    *parts, whole = recorder.tiles
+    assert whole == (0, 0, 1200, 480)
+    tops = [480 - y - height for _, y, _, height in parts]
+    assert tops == list(range(0, 20 * len(parts), 20))
+    told = [message for message in recorder.messages if "rows" in message]
+    if seconds_a_look == 0.0:
+        assert len(parts) == 1
+        assert len(told) == 2  # the last part's, when all is done, is told
+    else:
+        assert 1 < len(told) < len(parts)
+
+
+def test_a_cancelled_render_shows_no_more(studio: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A first look of four strips, and a key that is pressed while the first is shown."""
+    studio.render.resolution_x, studio.render.resolution_y = 1024, 1024
+    studio.dichromatic.samples = 1
+    monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
+    monkeypatch.setattr(engine_module, "is_worth_it", lambda settings: True)
+    recorder = Recorder(1024, 1024)
+    monkeypatch.setattr(recorder, "test_break", lambda: len(recorder.tiles) > 0)
+    with pytest.raises(core.RenderCancelledError):
+        _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
+    assert recorder.tiles == [(0, 768, 1024, 256)]
+    assert not recorder.open
+
+
 def test_the_first_look_is_the_picture_in_coarse(studio: Any) -> None:
     """Each of its squares is what one ray through the square's middle sees: the pixel of the picture there."""
     studio.render.resolution_x, studio.render.resolution_y = 131, 75
@@ -244,7 +286,9 @@ def test_the_first_look_is_the_picture_in_coarse(studio: Any) -> None:
     exported = finished.exported
     fine = exported.colour.rgba(finished.render.tristimulus(), None)
     acceleration = core.Acceleration(core.Geometry.from_instances(exported.scene.instances))
-    look = first_look(exported, exported.settings, acceleration, lambda: False)
+    coarse = first_look(exported, exported.settings, acceleration, lambda: False)
+    look = enlarged(coarse, 131, 0, 75)
+    np.testing.assert_array_equal(enlarged(coarse, 131, 13, 42), look[13:42])
     assert look.shape == (75, 131, 4)
     middles = look[3::8, 3::8, 1]
     assert len(np.unique(middles)) > 50

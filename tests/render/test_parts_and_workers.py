@@ -122,6 +122,19 @@ def test_cancel_ends_the_render_and_leaves_no_thread(threads):
     assert not [t for t in threading.enumerate() if t.name.startswith("dichromatic")]
 
 
+def test_a_viewer_that_raises_ends_the_render_and_leaves_no_thread():
+    """Also for as long as somebody keeps the error, and with it all that its traceback holds."""
+
+    def refuse(band):
+        raise RenderCancelledError("seen enough")
+
+    settings = replace(SMALL, threads=3, band_samples=50)
+    with pytest.raises(RenderCancelledError, match="seen enough") as kept:
+        render(still_life(), settings, on_band=refuse)
+    assert kept.value.__traceback__ is not None
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("dichromatic")]
+
+
 def test_parts_that_are_shown_end_as_the_picture():
     """Coarse to fine: every call covers its rows, and the last of them are the render's own."""
     scene, bands = soft_still_life(), []

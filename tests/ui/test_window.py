@@ -55,5 +55,8 @@ def test_f12_and_the_studies_of_the_image_editor(played: Callable[..., Played]) 
 
 
 def test_escape_ends_renders_that_have_shown_something(played: Callable[..., Played]) -> None:
-    report = played("rendering", "cancel", simulates=False, size=(1000, 620)).report
-    assert len(report["cancel_s"]) == 3  # each was cancelled before its end, however long that took
+    report = played("escape", simulates=False, size=(1000, 620)).report
+    assert len(report["escape"]) == 3  # each was cancelled before its end, however long that took
+    for engines in report["escape"].values():
+        (parts,) = engines["DICHROMATIC"]
+        assert parts["noticed"] <= parts["engine ended"] <= parts["ended"]

@@ -1,4 +1,4 @@
-"""F12 and ESC as keys, what is shown meanwhile, and the studies of the last render in the Image Editor."""
+"""F12 as a key, what is shown meanwhile, and the studies of the last render in the Image Editor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from stage import ENGINE, Stage, Step, act, until
 from x_window import press_key
 
 ended: list[tuple[str, float]] = []
-moments: dict[str, float] = {}
 
 
 def note_ends() -> None:
@@ -23,55 +22,11 @@ def note_ends() -> None:
         getattr(bpy.app.handlers, name).append(lambda *_, kind=kind: ended.append((kind, time.perf_counter())))
 
 
-def watch_engine(stage: Stage) -> None:
-    """Note when the engine is first told to end, and when it has."""
-    engine = stage.module("engine")
-    asked, render = engine._LayerJob._is_cancelled, engine.DichromaticRenderEngine.render
-
-    def asking(self: Any) -> bool:
-        is_cancelled = asked(self)
-        if is_cancelled:
-            moments.setdefault("noticed", time.perf_counter())
-        return bool(is_cancelled)
-
-    def rendering(self: Any, depsgraph: Any) -> None:
-        render(self, depsgraph)
-        moments["engine ended"] = time.perf_counter()
-
-    engine._LayerJob._is_cancelled, engine.DichromaticRenderEngine.render = asking, rendering
-
-
 def render_with_f12(stage: Stage) -> Step:
     ended.clear()
     press_key("F12")
     yield until(lambda: ended, "F12 ended", limit=120.0)
     assert ended[0][0] == "complete", ended
-    yield from job_over(stage)
-
-
-def cancel_with_escape(stage: Stage, name: str, width: int, height: int, samples: int) -> Step:
-    """Start a render, press ESC when pixels have come, and note how long it took to end."""
-    scene = stage.scene
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.dichromatic.samples = samples
-    engine = stage.module("engine")
-    told: list[float] = []
-    capture = engine.begin_capture(progress=lambda fraction, message: told.append(fraction))
-    ended.clear()
-    press_key("F12")
-    yield until(lambda: any(part > 0.0 for part in told) or ended, "the first rows were rendered", limit=60.0)
-    assert not ended, "the render was over before it could be cancelled"
-    moments.clear()
-    pressed = time.perf_counter()
-    press_key("ESC")
-    yield until(lambda: ended, "ESC ended the render", limit=60.0)
-    engine.end_capture(capture)
-    kind, when = ended[0]
-    assert kind == "cancel", f"the render ended as '{kind}', not by ESC"
-    stage.report.setdefault("cancel_s", {})[name] = round(when - pressed, 3)
-    # Blender noticed the key, and the engine had ended.
-    parts = {part: round(moment - pressed, 3) for part, moment in moments.items()}
-    stage.report.setdefault("cancel_parts_s", {})[name] = parts
     yield from job_over(stage)
 
 
@@ -180,16 +135,10 @@ def script(stage: Stage) -> Step:
     scene.render.resolution_x, scene.render.resolution_y, scene.dichromatic.samples = 480, 270, 4
     stage.watch_panels()
     note_ends()
-    watch_engine(stage)
     yield from render_with_f12(stage)
     stage.shot("f12")
     pixels = mean_of_result(stage)
     assert pixels[1] > 0.0, f"the kept render is black: {pixels}"
-    if stage.arguments == ["cancel"]:
-        yield from cancel_with_escape(stage, "1280x720, 64 samples", 1280, 720, 64)
-        yield from cancel_with_escape(stage, "1920x1080, 64 samples", 1920, 1080, 64)
-        yield from cancel_with_escape(stage, "3840x2160, 16 samples", 3840, 2160, 16)
-        return
     yield from studies(stage)
 
 

@@ -116,8 +116,13 @@ def _windows(x: ctypes.CDLL, display: int) -> list[int]:
     return named
 
 
-def press_key(name: str) -> None:
+def press_key(name: str) -> float:
     """Press a key ("ESC" or "F12") and let it go, in all windows of a screen that Blender has for itself.
+
+    Returns
+    -------
+    float
+        When the X server got it, by ``time.perf_counter``: the way there takes a while where many threads run.
 
     Raises
     ------
@@ -145,7 +150,9 @@ def press_key(name: str) -> None:
                     same_screen=1,
                 )
                 x.XSendEvent(display, window, 1, _MASKS[kind], ctypes.byref(event))
-        x.XSync(display, 0)
+        sent = time.perf_counter()
+        x.XSync(display, 0)  # events wait in this program until then
+    return sent
 
 
 def screen_pixels(left: int, top: int, width: int, height: int) -> NDArray[np.uint8]:
