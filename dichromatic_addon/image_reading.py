@@ -21,6 +21,7 @@ from .spectrum_sources import rec709_to_working, working_to_rec709
 __all__ = [
     "CHANNELS",
     "PICTURES",
+    "environment_pixels",
     "forget",
     "from_working",
     "image_problem",
@@ -52,6 +53,7 @@ _LARGEST_CACHE = 16  # textures
 
 _textures: dict[tuple[Any, ...], core.ImageTexture] = {}
 _reflectances: dict[core.ImageTexture, core.TexturedReflectance] = {}
+_environments: dict[tuple[Any, ...], NDArray[np.float32]] = {}  # the last one
 _digests: dict[tuple[Any, ...], bytes] = {}  # of the pixels that were read last, by image and settings
 
 
@@ -59,6 +61,7 @@ def forget() -> None:
     """Drop what was read, with the file it came from."""
     _textures.clear()
     _reflectances.clear()
+    _environments.clear()
     _digests.clear()
 
 
@@ -123,6 +126,53 @@ def texture_of(
     if pictures == "none":
         count = 3 if channel == "colour" else 1
         return core.ImageTexture(np.ones((1, 1, count), np.float32), extension, interpolation, transform, image.name)
+    content, raw = _content(image, pictures)
+    key = (content, channel, straight, placed)
+    if key not in _textures:
+        if raw is None:
+            raw = _raw_pixels(image)
+        pixels = _channel(image, raw, channel, straight)
+        while len(_textures) >= _LARGEST_CACHE:
+            _textures.pop(next(iter(_textures)))
+        _textures[key] = core.ImageTexture(pixels, extension, interpolation, transform, image.name)
+    return _textures[key]
+
+
+def environment_pixels(image: Any, *, pictures: str) -> NDArray[np.float32]:
+    """Give an image of all around as the core takes it.
+
+    Parameters
+    ----------
+    image : bpy.types.Image
+        One without an :func:`image_problem`.
+    pictures : str
+        One of :data:`PICTURES`.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W, 3)
+        Linear Rec.709, row 0 the zenith; read-only. The same array for the same pixels, as long as no other is asked
+        for.
+
+    Raises
+    ------
+    SceneError
+        If the image has no pixels.
+    """
+    if pictures == "none":
+        return np.ones((1, 1, 3), np.float32)
+    content, raw = _content(image, pictures)
+    if content not in _environments:
+        colours = from_working(_working(image, _raw_pixels(image) if raw is None else raw, straight=False)[..., :3])
+        pixels = np.nan_to_num(colours[::-1], posinf=0.0, neginf=0.0)
+        pixels.flags.writeable = False
+        _environments.clear()  # they are large
+        _environments[content] = pixels
+    return _environments[content]
+
+
+def _content(image: Any, pictures: str) -> tuple[tuple[Any, ...], NDArray[np.float32] | None]:
+    """What tells an image's pixels from others, and the pixels as Blender keeps them if they had to be read for it."""
     settings = (
         image.name_full,
         tuple(image.size),
@@ -135,20 +185,11 @@ def texture_of(
         working_to_rec709((1.0, 0.0, 0.0)),
     )
     digest = _digests.get(settings) if pictures == "kept" and not image.is_dirty else None
-    raw = None
-    if digest is None:
-        raw = _raw_pixels(image)
-        digest = hashlib.sha1(raw.data, usedforsecurity=False).digest()
-        _digests[settings] = digest
-    key = (settings, digest, channel, straight, placed)
-    if key not in _textures:
-        if raw is None:
-            raw = _raw_pixels(image)
-        pixels = _channel(image, raw, channel, straight)
-        while len(_textures) >= _LARGEST_CACHE:
-            _textures.pop(next(iter(_textures)))
-        _textures[key] = core.ImageTexture(pixels, extension, interpolation, transform, image.name)
-    return _textures[key]
+    if digest is not None:
+        return (settings, digest), None
+    raw = _raw_pixels(image)
+    _digests[settings] = hashlib.sha1(raw.data, usedforsecurity=False).digest()
+    return (settings, _digests[settings]), raw
 
 
 def uplifted_texture(texture: core.ImageTexture) -> core.TexturedReflectance:
@@ -184,7 +225,10 @@ def working_pixels(image: Any, *, straight: bool, pictures: str) -> NDArray[np.f
     """
     if pictures == "none":
         return np.ones((1, 1, 4), np.float32)
-    raw = _raw_pixels(image)
+    return _working(image, _raw_pixels(image), straight)
+
+
+def _working(image: Any, raw: NDArray[np.float32], straight: bool) -> NDArray[np.float32]:
     alpha = _channel(image, raw, "alpha", straight)
     colours = _linear(image, raw, alpha if image.alpha_mode != "NONE" else np.ones_like(alpha), straight)
     if image.is_float or _is_data(image):

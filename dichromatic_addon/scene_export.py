@@ -165,7 +165,7 @@ def export_scene(
             materials=walk.materials,
             lights=_linked(walk),
             camera=core_camera,
-            world=_world(world, scene, walk.notes),
+            world=_world(world, scene, walk),
             material_names=walk.material_names,
             name=scene.name,
             emissions=walk.emissions,
@@ -378,9 +378,9 @@ def _material(walk: _Walk, material: Any) -> int:
     return walk.material_index[key]
 
 
-def _world(world: Any, scene: Any, notes: list[str]) -> Any:
+def _world(world: Any, scene: Any, walk: _Walk) -> Any:
     """Return the world; behind a transparent film it lights surfaces and is not seen."""
-    made = read_world(world, notes)
+    made = read_world(world, walk.notes, walk.pictures)
     return replace(made, camera_visible=False) if scene.render.film_transparent else made
 
 

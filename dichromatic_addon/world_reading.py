@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import compat
 from ._core import core
 from .emission_reading import read_emission, surface_of
-from .image_reading import from_working, working_pixels
+from .image_reading import environment_pixels, from_working, image_problem, working_pixels
 from .light_colours import chosen_illuminant
 from .nodes.colour_chains import ColourChains
 from .nodes.images import mapping_matrix
@@ -122,6 +122,10 @@ def _read_picture(origin: Origin, owner: str, notes: list[str], pictures: str) -
         return pixels.reshape(-1, 4).astype(np.float64)
 
     strength = ColourChains().number(node.inputs["Strength"], groups)
+    picture = origin_of(node.inputs["Color"], groups)
+    if picture is not None and _is_plain(picture):
+        pixels = environment_pixels(picture.node.image, pictures=pictures)
+        return _Sky(None, strength, image=core.EnvironmentImage(pixels, _rotation(picture, owner, notes)))
     chains = ColourChains(pixels=pixels_of)
     values = chains.values(node.inputs["Color"], groups)
     if not found:
@@ -131,6 +135,13 @@ def _read_picture(origin: Origin, owner: str, notes: list[str], pictures: str) -
     pixels = from_working(np.nan_to_num(values, posinf=0.0, neginf=0.0).astype(np.float32))
     image = core.EnvironmentImage(pixels.reshape(height, width, 3), _rotation(source, owner, notes))
     return _Sky(None, strength, image=image)
+
+
+def _is_plain(origin: Origin) -> bool:
+    """Whether a colour is that of a picture of all around itself, so that it need not be worked out pixel by pixel."""
+    if origin.is_unlinked or origin.node.bl_idname != ENVIRONMENT_NODE or origin.socket.name != "Color":
+        return False
+    return origin.node.projection == "EQUIRECTANGULAR" and not image_problem(origin.node.image)
 
 
 def _rotation(picture: Origin, owner: str, notes: list[str]) -> NDArray[np.float64]:

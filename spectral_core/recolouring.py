@@ -101,7 +101,7 @@ def _alike(before: Sequence[Any], after: Sequence[Any]) -> bool:
 
 def _equal(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
-        return isinstance(other, np.ndarray) and np.array_equal(one, other)
+        return one is other or (isinstance(other, np.ndarray) and np.array_equal(one, other))
     if is_dataclass(one) and not isinstance(one, type):  # such as the image of a world
         return type(one) is type(other) and (
             one is other or all(_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))

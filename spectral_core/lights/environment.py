@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+import weakref
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,7 +29,8 @@ class EnvironmentImage:
     ----------
     pixels : array_like, shape (H, W, 3)
         Linear Rec.709 radiance, at least 0; row 0 is the zenith. A world direction (x, y, z), turned by `rotation`, is
-        found at the column (1/2 - atan2(y, x) / 2 pi) W and the row (1/2 - latitude / pi) H, as in Blender.
+        found at the column (1/2 - atan2(y, x) / 2 pi) W and the row (1/2 - latitude / pi) H, as in Blender. Copied,
+        unless it is float32 and read-only already: images that differ in their rotation share what is known of them.
     rotation : array_like, shape (3, 3), optional
         From world directions to those of the picture; it may turn them over, but not scale them.
 
@@ -48,7 +51,10 @@ class EnvironmentImage:
         pixels = np.asarray(self.pixels, np.float32)
         if pixels.ndim != 3 or pixels.shape[2] != 3 or not pixels.size:
             raise InvalidParameterError(f"environment pixels must have the shape (H, W, 3), but have {pixels.shape}")
-        if not (np.isfinite(pixels).all() and pixels.min() >= 0.0):
+        if pixels.flags.writeable:  # nobody may write to what is remembered
+            pixels = pixels.copy()
+            pixels.flags.writeable = False
+        if not _what_is_known(pixels).is_valid:
             raise InvalidParameterError("environment pixels must be finite and at least 0")
         rotation = require_finite("environment rotation", self.rotation)
         require_shape("environment rotation", rotation, (3, 3))
@@ -89,6 +95,50 @@ class EnvironmentImage:
         return np.asarray(_between_pixels(self.pixels, column, row), np.float32)
 
 
+class _Known:
+    """What is found out about the pixels of a picture, once for all images that have them; large ones take a while."""
+
+    def __init__(self, pixels: NDArray[np.float32]) -> None:
+        self.is_valid = bool(np.isfinite(pixels).all() and pixels.min() >= 0.0)
+        self._chances: tuple[Floats, Vector, Vector] | None = None
+        self._lock = threading.Lock()
+
+    def chances(self, pixels: NDArray[np.float32]) -> tuple[Floats, Vector, Vector]:
+        """Brightness (H, W) of the pixels times their solid angle, its sums along the rows, and those over the rows."""
+        with self._lock:
+            if self._chances is None:
+                height = pixels.shape[0]
+                latitude = math.pi * (0.5 - (np.arange(height) + 0.5) / height)
+                brightness = pixels.sum(axis=2, dtype=np.float64) * np.cos(latitude)[:, None]
+                # An even part keeps directions between bright pixels from being missed.
+                brightness += 0.05 * brightness.mean() * np.cos(latitude)[:, None] + 1e-300
+                columns = np.cumsum(brightness, axis=1)
+                self._chances = brightness, columns, np.cumsum(columns[:, -1])
+            return self._chances
+
+
+_known: dict[int, tuple[weakref.ref[NDArray[np.float32]], _Known]] = {}
+_known_lock = threading.RLock()  # an array may go, and ask to be forgotten, while it is held
+
+
+def _what_is_known(pixels: NDArray[np.float32]) -> _Known:
+    """Give what is known of an array that nobody writes to, for as long as the array lives."""
+    key = id(pixels)
+    with _known_lock:
+        if key in _known and _known[key][0]() is pixels:
+            return _known[key][1]
+    found = _Known(pixels)
+    with _known_lock:
+        _known[key] = weakref.ref(pixels, lambda gone: _forget(key, gone)), found
+    return found
+
+
+def _forget(key: int, gone: weakref.ref[NDArray[np.float32]]) -> None:
+    with _known_lock:
+        if key in _known and _known[key][0] is gone:
+            del _known[key]
+
+
 class EnvironmentLight:
     """The world as a source of light, one direction at a time.
 
@@ -112,14 +162,7 @@ class EnvironmentLight:
         self._rows: Vector | None = None
         self._columns: Vector | None = None
         if image is not None:
-            height = image.pixels.shape[0]
-            latitude = math.pi * (0.5 - (np.arange(height) + 0.5) / height)
-            brightness = image.pixels.astype(np.float64).sum(axis=2) * np.cos(latitude)[:, None]
-            # An even part keeps directions between bright pixels from being missed.
-            brightness += 0.05 * brightness.mean() * np.cos(latitude)[:, None] + 1e-300
-            self._brightness = brightness
-            self._columns = np.cumsum(brightness, axis=1)
-            self._rows = np.cumsum(self._columns[:, -1])
+            self._brightness, self._columns, self._rows = _what_is_known(image.pixels).chances(image.pixels)
 
     def lamp_point(self, unit_square: Vector, aim: Vector) -> LampPoint:
         """Choose a direction, of a picture with a chance proportional to its brightness.

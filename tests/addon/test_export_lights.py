@@ -12,6 +12,7 @@ import pytest
 
 import spectral_core as core
 from dichromatic_addon.scene_export import export_scene
+from dichromatic_addon.world_reading import read_world
 from tests.addon.building import (
     add_camera,
     add_light,
@@ -221,6 +222,38 @@ def test_world_picture_is_seen_as_cycles_shows_it(scene: Any, tmp_path: Path) ->
         pictures[engine] = combined(scene, str(tmp_path / f"{engine}.exr"))[..., :3]
     difference = np.abs(pictures["DICHROMATIC"] - pictures["CYCLES"]).mean()
     assert difference < EDGES_OF_A_PICTURE * pictures["CYCLES"].mean()
+
+
+def test_a_picture_of_the_world_is_worked_out_once_and_as_behind_a_node_that_changes_nothing(scene: Any) -> None:
+    node = picture_world(scene, rotation=(0.3, 0.2, 1.0))
+    first, again = (read_world(scene.world, [], pictures) for pictures in ("read", "kept"))
+    assert again.image.pixels is first.image.pixels
+    tree = scene.world.node_tree
+    mapping = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeMapping")
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, 0.5)
+    turned = read_world(scene.world, [], "kept")
+    assert turned.image.pixels is first.image.pixels
+    assert not np.allclose(turned.image.rotation, first.image.rotation)
+    gamma = tree.nodes.new("ShaderNodeGamma")
+    gamma.inputs["Gamma"].default_value = 1.0
+    tree.links.new(node.inputs["Color"].links[0].from_socket, gamma.inputs["Color"])
+    tree.links.new(gamma.outputs[0], node.inputs["Color"])
+    np.testing.assert_allclose(read_world(scene.world, [], "kept").image.pixels, first.image.pixels, rtol=1e-6)
+    tree.links.new(gamma.inputs["Color"].links[0].from_socket, node.inputs["Color"])
+    painted = bpy.data.images["Sky"]
+    painted.pixels[0] = 7.0
+    changed = read_world(scene.world, [], "kept").image.pixels
+    assert changed is not first.image.pixels
+    assert changed[-1, 0, 0] == pytest.approx(7.0, rel=1e-5)  # the image's first row is the lowest
+
+
+def test_a_picture_without_pixels_is_named(scene: Any) -> None:
+    picture_world(scene, rotation=(0.0, 0.0, 0.0))
+    texture = next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.new("Lost", 4, 4)
+    texture.image.source, texture.image.filepath = "FILE", "//nowhere.exr"
+    with pytest.raises(core.SceneError, match="world 'World': image 'Lost' has no pixels: the file"):
+        read_world(scene.world, [])
 
 
 def test_world_of_the_background_only(card: Any, tmp_path: Path) -> None:

@@ -156,6 +156,25 @@ def test_change_of_colours_is_shown_at_once_and_without_a_ray(stage: Any, slices
     assert (picture.pixels[lit][:, 2] > 2.5 * before[lit][:, 2]).all()  # adapted to A, daylight is bluish
 
 
+def test_a_picture_of_the_world_is_neither_read_nor_worked_out_again(stage: Any) -> None:
+    """Moving the view and changing a colour take the same array, of which what is known is kept."""
+    stage.world = bpy.data.worlds.new("World")
+    if stage.world.node_tree is None:
+        stage.world.use_nodes = True
+    tree = stage.world.node_tree
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.new("Sky", 16, 8, float_buffer=True)
+    background = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBackground")
+    tree.links.new(texture.outputs[0], background.inputs["Color"])
+    session, view = session_of(stage), view_through_camera(stage)
+    session.advance(view, seconds=10.0)
+    picture, before = picture_of(session), picture_of(session)._exported.scene.world.image
+    bpy.data.lights["Point"].energy *= 2.0
+    session.update(bpy.context.evaluated_depsgraph_get())
+    assert picture_of(session) is picture  # only its colours are new
+    assert picture_of(session)._exported.scene.world.image.pixels is before.pixels
+
+
 @pytest.mark.parametrize("what", ["location", "radius", "kind", "object"])
 def test_change_of_shapes_is_rendered(stage: Any, what: str) -> None:
     session, view = session_of(stage), view_through_camera(stage)

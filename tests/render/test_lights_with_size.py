@@ -1,6 +1,8 @@
 """Lamps with a size, the sky and glowing surfaces as light: against closed forms."""
 
+import gc
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +21,7 @@ from spectral_core.lights import (
     PointLight,
     SpotLight,
     SunLight,
+    environment,
 )
 from spectral_core.lights.base import ball_point
 from spectral_core.reflection.materials import TypeI
@@ -178,6 +181,26 @@ def test_few_points_find_all_of_a_sun_in_a_picture(row):
         at = light.lamp_point(u, ORIGIN)
         found += at.factor * at.weights[0] * max(float(at.to_light @ normal), 0.0) / len(points)
     assert found == pytest.approx(expected, rel=0.05)  # 64 points; the rest of the sky is a millionth
+
+
+def test_what_is_known_of_a_picture_is_found_once_and_forgotten_with_it():
+    pixels = np.random.default_rng(0).random((16, 32, 3)).astype(np.float32)
+    image = EnvironmentImage(pixels)
+    kept = image.pixels.copy()
+    pixels[:] = 0.0  # of the caller, who may do so
+    assert np.array_equal(image.pixels, kept)
+    with pytest.raises(ValueError, match="read-only"):
+        image.pixels[0] = 1.0
+    turned = replace(image, rotation=np.diag([-1.0, -1.0, 1.0]))
+    assert turned.pixels is image.pixels
+    first, second = EnvironmentLight(image), EnvironmentLight(turned)
+    assert second._columns is first._columns
+    before = len(environment._known)
+    gone = weakref.ref(image.pixels)
+    del image, turned, first, second
+    gc.collect()
+    assert gone() is None
+    assert len(environment._known) == before - 1
 
 
 def test_an_environment_cannot_be_stretched():
