@@ -25,7 +25,7 @@ from .render_passes import PassRequest, pass_pixels, passes_of_layer
 from .scene_export import ExportedScene, export_camera, export_scene
 from .stereo import StereoEye, stereo_views
 from .viewport import View, ViewSession
-from .window_updates import Pace, WaitingBands
+from .window_updates import WaitingBands, window_pace
 
 __all__ = [
     "CLASSES",
@@ -223,8 +223,9 @@ class _LayerJob:
         self._layer = ""
         self._view = ""
         self._views_done, self._views = 0, 1
-        self._pace, self._is_due = Pace(), True  # whether the window is to hear of what comes now
+        self._pace, self._is_due = window_pace(), True  # whether the window is to hear of what comes now
         self._waiting = WaitingBands()
+        self._text: tuple[float, str] | None = None  # for the status line: what part is done, and which
 
     def run(self, depsgraph: Any) -> FinishedLayer:
         self._progress(0.0, "reading the scene")
@@ -308,6 +309,16 @@ class _LayerJob:
             return
         if not self._is_due and fraction < 1.0:
             return
+        self._text = (fraction, message)
+        # Where rows are shown, these come first: what is told before them has Blender draw twice.
+        if not _is_watched() or fraction in (0.0, 1.0):
+            self._tell_progress()
+
+    def _tell_progress(self) -> None:
+        if self._text is None:
+            return
+        fraction, message = self._text
+        self._text = None
         if 0.0 < fraction < 1.0:
             left = (time.monotonic() - self._started) * (1.0 - fraction) / fraction
             message = f"{message} | remaining {format_duration(left)}"
@@ -322,6 +333,7 @@ class _LayerJob:
         begun = self._pace.clock()
         for ready in self._waiting.take():
             self._put_band(ready, exported)
+        self._tell_progress()
         self._pace.rest_after(self._pace.clock() - begun)
 
     def _put_band(self, band: Any, exported: ExportedScene) -> None:

@@ -156,6 +156,7 @@ class Recorder:
         self.tiles: list[tuple[int, int, int, int]] = []
         self.open = False
         self.messages: list[str] = []
+        self.shown_before: list[int] = []  # tiles, by message of the status line
         self.fractions: list[float] = []
 
     def begin_result(self, x: int, y: int, width: int, height: int, layer: str, view: str = "") -> Any:
@@ -181,6 +182,7 @@ class Recorder:
 
     def update_stats(self, layer: str, message: str) -> None:
         self.messages.append(message)
+        self.shown_before.append(len(self.tiles))
 
     def update_progress(self, fraction: float) -> None:
         self.fractions.append(fraction)
@@ -224,7 +226,7 @@ def test_a_watched_render_shows_a_first_look_then_its_parts_then_the_whole(
     studio.dichromatic.samples = 2
     monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
     monkeypatch.setattr(engine_module, "is_worth_it", lambda settings: True)
-    monkeypatch.setattr(engine_module, "Pace", lambda: Pace(clock=itertools.count(0.0, 100.0).__next__))
+    monkeypatch.setattr(engine_module, "window_pace", lambda: Pace(clock=itertools.count(0.0, 100.0).__next__))
     recorder = Recorder(1024, 96)
     finished = _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
     first, *parts, whole = recorder.tiles
@@ -249,7 +251,7 @@ def test_bands_that_waited_are_shown_with_the_next(
     monkeypatch.setattr(engine_module, "_is_watched", lambda: True)
     monkeypatch.setattr(engine_module, "_band_samples", lambda settings: 1200 * 20)
     ticks = itertools.count(0.0, seconds_a_look)
-    monkeypatch.setattr(engine_module, "Pace", lambda: Pace(clock=ticks.__next__))
+    monkeypatch.setattr(engine_module, "window_pace", lambda: Pace(clock=ticks.__next__))
     recorder = Recorder(1200, 480)
     _LayerJob(recorder, None).run(bpy.context.evaluated_depsgraph_get())
     *parts, whole = recorder.tiles
@@ -257,6 +259,8 @@ def test_bands_that_waited_are_shown_with_the_next(
     tops = [480 - y - height for _, y, _, height in parts]
     assert tops == list(range(0, 20 * len(parts), 20))
     told = [message for message in recorder.messages if "rows" in message]
+    first_rows = next(i for i, message in enumerate(recorder.messages) if "rows" in message)
+    assert recorder.shown_before[first_rows] == 1  # text and rows come together, for one drawing
     if seconds_a_look == 0.0:
         assert len(parts) == 1
         assert len(told) == 2  # the last part's, when all is done, is told

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from dichromatic_addon import window_updates
 from dichromatic_addon.window_updates import Pace, WaitingBands
 
 pytestmark = pytest.mark.bpy
@@ -36,6 +37,21 @@ def test_updates_come_soon_at_first_and_later_every_two_seconds() -> None:
     gaps = np.diff(times)
     assert (gaps[1:] >= gaps[:-1]).all()
     assert set(gaps[-12:]) == {2.0}
+
+
+def test_a_window_without_a_graphics_card_is_told_more_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert window_updates.window_pace().slowness == 1.0  # no window, nothing to draw
+    found = {}
+    for kind in ("NVIDIA", "SOFTWARE"):
+        monkeypatch.setattr(window_updates, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+        platform = SimpleNamespace(device_type_get=lambda kind=kind: kind)
+        monkeypatch.setattr(window_updates, "gpu", SimpleNamespace(platform=platform))
+        pace, clock = window_updates.window_pace(), Clock()
+        pace.clock = clock
+        found[kind] = due_at(pace, clock, 60.0)
+    assert found["NVIDIA"][1] == 0.5
+    assert found["SOFTWARE"][1] == 1.5
+    assert 2.0 * len(found["SOFTWARE"]) < len(found["NVIDIA"])
 
 
 def test_updates_that_take_long_are_rare() -> None:

@@ -20,9 +20,10 @@ from stage import ENGINE, Stage, Step, act, until
 from x_window import press_key
 
 SIZES = ((1280, 720, 64), (1920, 1080, 64), (3840, 2160, 16))
-MOMENTS = (0.0, 0.23, 0.51, 0.88, 1.37, 1.74, 2.29)  # seconds after the first rows
+BEGUN_S = 2.0  # after F12: both engines are at their rays then
+MOMENTS = (0.0, 0.23, 0.51, 0.88, 1.37, 1.74, 2.29)  # seconds after that
 CYCLES_SAMPLES = 4096  # it shows all of the picture and adds samples to it; these are not over soon
-CYCLES_BEGINS = 2.0  # seconds in which Cycles surely has begun to sample this scene
+AT_REST = 30  # rounds of the main loop without a drawing: the 3D view draws itself several times after a change
 
 
 @dataclass
@@ -40,7 +41,9 @@ class Watched:
     seen : float or None
         When Blender's main loop, which draws the windows too, came round to the key.
     draws : int
-        How often the picture was drawn.
+        How often the picture or the 3D view was drawn.
+    rounds, drawn : int
+        Rounds of the main loop without a drawing, and how many drawings there were at the last.
     """
 
     ended: list[tuple[str, float]] = field(default_factory=list)
@@ -49,6 +52,8 @@ class Watched:
     engine_ended: float | None = None
     seen: float | None = None
     draws: int = 0
+    rounds: int = 0
+    drawn: int = 0
 
 
 now = Watched()
@@ -96,7 +101,16 @@ def watch(stage: Stage) -> None:
         now.draws += 1
 
     job._is_cancelled, job._show, engine.DichromaticRenderEngine.render = asking, showing, rendering
-    bpy.types.SpaceImageEditor.draw_handler_add(drawn, (), "WINDOW", "POST_PIXEL")
+    for space in (bpy.types.SpaceImageEditor, bpy.types.SpaceView3D):
+        space.draw_handler_add(drawn, (), "WINDOW", "POST_PIXEL")
+
+
+def is_at_rest() -> bool:
+    """Whether nothing was drawn for some rounds of the main loop."""
+    now.rounds, before, now.drawn = now.rounds + 1, now.drawn, now.draws
+    if now.draws != before:
+        now.rounds = 0
+    return now.rounds > AT_REST
 
 
 def press_soon(seconds: float) -> tuple[threading.Thread, list[float]]:
@@ -116,15 +130,16 @@ def cancel(stage: Stage, name: str, moment: float) -> Step:
     """Start a render, have ESC pressed, and note how long it took to end."""
     global now
     now = Watched()
+    yield until(is_at_rest, "the 3D view was at rest")
+    now.draws = 0
     press_key("F12")
+    begun = time.perf_counter()
     if stage.scene.render.engine == ENGINE:
         yield until(lambda: now.rows_shown or now.ended, "the first rows were shown", limit=120.0)
     else:
         yield until(lambda: bpy.app.is_job_running("RENDER"), "the render began")
-        moment += CYCLES_BEGINS
     assert not now.ended, "the render was over before it could be cancelled"
-    begun, draws = time.perf_counter(), now.draws
-    thread, pressed = press_soon(moment)
+    thread, pressed = press_soon(max(begun + BEGUN_S - time.perf_counter(), 0.0) + moment)
     yield until(lambda: now.ended, "ESC ended the render", limit=60.0)
     thread.join()
     assert pressed, f"the render ended by itself, {now.ended}"
@@ -134,7 +149,7 @@ def cancel(stage: Stage, name: str, moment: float) -> Step:
     moments = {"seen": now.seen, "noticed": now.noticed, "engine ended": now.engine_ended, "ended": when}
     parts = {
         **{name: None if at is None else at - pressed[0] for name, at in moments.items()},
-        "draws a second": (now.draws - draws) / (when - begun),
+        "draws a second": now.draws / (when - begun),
         "moment": moment,
         "window": [windows[-1].width, windows[-1].height],
     }
