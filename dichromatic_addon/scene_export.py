@@ -63,6 +63,8 @@ class ExportedScene:
         What was approximated or left out, each once.
     passes : PassRequest
         Passes of the view layer beside Combined.
+    light_objects : tuple of str
+        Names of the objects of the scene's lights; the core knows lights by their data, which objects may share.
     """
 
     layer: str
@@ -73,6 +75,7 @@ class ExportedScene:
     is_transparent: bool
     notes: tuple[str, ...]
     passes: PassRequest = field(default_factory=PassRequest)
+    light_objects: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -88,6 +91,7 @@ class _Walk:
     receivers: list[Callable[[str], bool] | None] = field(default_factory=list)  # of each light
     blockers: list[Callable[[str], bool] | None] = field(default_factory=list)  # of each light
     owners: list[str] = field(default_factory=list)  # of each instance: the object that light linking knows it by
+    light_objects: list[str] = field(default_factory=list)  # of each light
     light_groups: list[str] = field(default_factory=list)
     materials: list[Any] = field(default_factory=list)
     material_names: list[str] = field(default_factory=list)
@@ -176,6 +180,7 @@ def export_scene(
         is_transparent=bool(scene.render.film_transparent),
         notes=tuple(dict.fromkeys(walk.notes)),
         passes=passes,
+        light_objects=tuple(walk.light_objects),
     )
 
 
@@ -270,6 +275,7 @@ def _visit(walk: _Walk, instance: Any) -> None:
         made = read_light(light, instance.matrix_world, read_light_colour(light, walk.notes), walk.notes)
         if made is not None:
             walk.lights.append(made)
+            walk.light_objects.append(obj.name)
             walk.receivers.append(linked_objects(obj.light_linking.receiver_collection))
             walk.blockers.append(linked_objects(obj.light_linking.blocker_collection))
             owner = obj if obj.lightgroup or instance.parent is None else instance.parent

@@ -158,13 +158,15 @@ class DICHROMATIC_OT_probe_pixel(_Study, bpy.types.Operator):
     y: IntProperty(name="Y", description="Row from the bottom, as the Image Editor counts, from 0", default=0, min=0)
 
     def study(self, context: Any) -> None:
-        render = _shown(context).render
+        finished = _shown(context)
+        render = finished.render
         if self.x >= render.film.width or self.y >= render.film.height:
             raise core.InvalidParameterError(
                 f"the pixel must lie within the picture of {render.film.width} x {render.film.height} pixels, "
                 f"but is ({self.x}, {self.y})"
             )
-        probe = core.probe_pixel(render, self.x, render.film.height - 1 - self.y)
+        names = _emitter_names(finished)
+        probe = core.probe_pixel(render, self.x, render.film.height - 1 - self.y, emitter_names=names)
         report = replace(probe, row=self.y).describe()  # with Blender's count of the rows
         text = bpy.data.texts.get(PROBE_TEXT) or bpy.data.texts.new(PROBE_TEXT)
         text.from_string(probe.csv())
@@ -173,6 +175,14 @@ class DICHROMATIC_OT_probe_pixel(_Study, bpy.types.Operator):
         settings.probe_x, settings.probe_y = self.x, self.y
         _kept(context).probe_report = report
         self.report({"INFO"}, report)
+
+
+def _emitter_names(finished: Any) -> list[str]:
+    """Call lamps whose data several objects share by their objects; the render knows the data alone."""
+    names = [emitter.name for emitter in finished.render.spectra.emitters]
+    objects = finished.exported.light_objects  # none where the render was opened from a file
+    shared = {name for name in names[: len(objects)] if names[: len(objects)].count(name) > 1}
+    return [objects[i] if i < len(objects) and name in shared else name for i, name in enumerate(names)]
 
 
 def _parts(probe: Any) -> tuple[Any, tuple[str, ...]]:

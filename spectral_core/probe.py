@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .colorimetry import observer, xy
+from .errors import InvalidParameterError
 from .renderer import Render
 from .scene_spectra import SceneSpectra, Term
 
@@ -92,7 +95,14 @@ class PixelProbe:
         return table.getvalue()
 
 
-def probe_pixel(render: Render, column: int, row: int, wavelengths_nm: ArrayLike | None = None) -> PixelProbe:
+def probe_pixel(
+    render: Render,
+    column: int,
+    row: int,
+    wavelengths_nm: ArrayLike | None = None,
+    *,
+    emitter_names: Sequence[str] | None = None,
+) -> PixelProbe:
     """Take the light of one pixel apart.
 
     Parameters
@@ -103,6 +113,9 @@ def probe_pixel(render: Render, column: int, row: int, wavelengths_nm: ArrayLike
         The pixel; row 0 is the top.
     wavelengths_nm : array_like, shape (W,), optional
         Where to sample (nm); 360 to 830 nm at 1 nm when left out.
+    emitter_names : sequence of str, optional
+        What to call the render's emitters, in their order; their own names when left out. Those that share a name are
+        numbered.
 
     Returns
     -------
@@ -112,7 +125,8 @@ def probe_pixel(render: Render, column: int, row: int, wavelengths_nm: ArrayLike
     Raises
     ------
     InvalidParameterError
-        If the pixel lies outside the picture or the render keeps plain colour.
+        If the pixel lies outside the picture, the render keeps plain colour, or there are not as many names as
+        emitters.
 
     References
     ----------
@@ -122,10 +136,26 @@ def probe_pixel(render: Render, column: int, row: int, wavelengths_nm: ArrayLike
     wavelengths = sees.wavelengths_nm if wavelengths_nm is None else np.asarray(wavelengths_nm, np.float64)
     terms, radiance = render.film.spectrum_at(column, row, render.spectra, wavelengths, sees)
     _, full = render.film.spectrum_at(column, row, render.spectra, sees.wavelengths_nm, sees)
-    labels = tuple(_label(term, render.spectra) for term in terms)
+    names = _distinct([e.name for e in render.spectra.emitters] if emitter_names is None else emitter_names)
+    if len(names) != len(render.spectra.emitters):
+        raise InvalidParameterError(
+            f"emitter_names must hold a name for each of the {len(render.spectra.emitters)} emitters, "
+            f"but holds {len(names)}"
+        )
+    labels = tuple(_label(term, names, render.spectra) for term in terms)
     return PixelProbe(column, row, wavelengths, labels, radiance, full @ sees.matching_functions)
 
 
-def _label(term: Term, spectra: SceneSpectra) -> str:
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Number the names that several emitters have."""
+    count, seen = Counter(names), Counter[str]()
+    told = []
+    for name in names:
+        seen[name] += 1
+        told.append(name if count[name] == 1 else f"{name} ({seen[name]} of {count[name]})")
+    return told
+
+
+def _label(term: Term, names: Sequence[str], spectra: SceneSpectra) -> str:
     slots = [spectra.slots[slot] for slot in term.slots]
-    return " x ".join([spectra.emitters[term.emitter].name, *(f"{s.material} {s.component}" for s in slots)])
+    return " x ".join([names[term.emitter], *(f"{s.material} {s.component}" for s in slots)])

@@ -396,6 +396,21 @@ def test_a_probed_pixel_adds_up_to_its_colour(rendered: Any) -> None:
         bpy.ops.dichromatic.probe_pixel(x=WIDTH, y=0)
 
 
+def test_lamps_that_share_their_data_are_told_apart_by_their_objects(studio: Any) -> None:
+    key = bpy.data.lights["Key"]
+    owner = next(obj for obj in studio.objects if obj.data == key)
+    owner.name = "Left"
+    other = bpy.data.objects.new("Right", key)
+    other.location = (-2.0, -3.0, 4.0)
+    studio.collection.objects.link(other)
+    assert bpy.ops.dichromatic.render_image() == {"FINISHED"}
+    assert bpy.ops.dichromatic.probe_pixel(x=20, y=5) == {"FINISHED"}
+    report = last_render.kept_render(studio).probe_report
+    for name in ("Left x", "Right x", "Fill x"):
+        assert name in report
+    assert "Key" not in report
+
+
 def _csv_rows() -> list[str]:
     return bpy.data.texts[studies.PROBE_TEXT].as_string().splitlines()[1:]
 

@@ -180,6 +180,21 @@ def test_lines_narrower_than_the_samples_keep_their_light_in_spectra(width_nm):
     np.testing.assert_allclose(power, expected, rtol=10 * FLOAT32_ROUNDING)
 
 
+def test_lamps_of_one_name_are_told_apart():
+    lamps = [SunLight((0, 0, 1), strength, illuminant("D65"), name="Lamp") for strength in (1.0, 3.0)]
+    camera = look_at((0.3, -0.5, 3.0), (0.0, 0.0, 0.0), 0.2, 0.2)
+    scene = Scene([placed(floor())], [TypeI(Spectrum.constant(0.5), 0.0)], lamps, camera)
+    seen = render(scene, RenderSettings(2, 2, samples=1, precision="float64"))
+    probe = probe_pixel(seen, 0, 0)
+    shares = dict(zip([label.partition(" x ")[0] for label in probe.labels], probe.tristimulus[:, 1], strict=True))
+    assert set(shares) == {"Lamp (1 of 2)", "Lamp (2 of 2)"}
+    assert shares["Lamp (2 of 2)"] == pytest.approx(3.0 * shares["Lamp (1 of 2)"])
+    named = probe_pixel(seen, 0, 0, emitter_names=["Left", "Right", "World"])
+    assert {label.partition(" x ")[0] for label in named.labels} == {"Left", "Right"}
+    with pytest.raises(InvalidParameterError, match="each of the 3 emitters, but holds 1"):
+        probe_pixel(seen, 0, 0, emitter_names=["Left"])
+
+
 def test_a_light_that_was_dark_cannot_be_turned_on_unseen():
     lit = still_life()
     dark = replace(lit, lights=[replace(lit.lights[0], strength=0.0), *lit.lights[1:]])
