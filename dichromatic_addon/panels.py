@@ -334,7 +334,7 @@ class DICHROMATIC_PT_output(PropertiesPanel, bpy.types.Panel):
         scene = context.scene
         layout.prop(scene.render, "film_transparent")
         view = scene.view_settings
-        layout.prop(view, "view_transform")
+        layout.prop(view, "view_transform", text="View")
         for note in view_notes(scene):
             draw_wrapped(layout, note, "INFO", panel_line(context))
         if is_colorimetric(scene):

@@ -249,9 +249,9 @@ class DICHROMATIC_OT_study_lamps(bpy.types.Operator):
     """Edit the list of lamps."""
 
     bl_idname = "dichromatic.study_lamps"
-    bl_label = "Lamps of the Contact Sheet"
-    bl_description = "Add a lamp to the list, or take the selected one out"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_label = "Edit Lamps"
+    bl_description = "Add a lamp to the list of the contact sheet, or take the selected one out"
+    bl_options = {"UNDO", "INTERNAL"}  # nothing to adjust afterwards, nor to search for
 
     action: EnumProperty(
         name="Action",

@@ -72,8 +72,9 @@ class _Kept:
         space = getattr(context, "space_data", None)
         if self.bl_space_type == "IMAGE_EDITOR" and space is not None:
             name = image_name(kept, kept.layer(context.view_layer.name).exported.layer)
-            if space.image is None or space.image.name != name:
-                layout.operator("dichromatic.show_render", icon="IMAGE_DATA")
+            show = layout.row()
+            show.enabled = space.image is None or space.image.name != name
+            show.operator("dichromatic.show_render", icon="IMAGE_DATA")
         _draw_state(layout, context, kept)
         row = layout.row(align=True)
         row.operator("dichromatic.open_render", text="Open", icon="FILE_FOLDER")
@@ -178,6 +179,16 @@ class _Sheet:
         draw_sheet_button(layout, settings)
 
 
+def _draw_part(layout: Any, line: str, width: int) -> None:
+    """Draw the share of one part of a pixel's light, and beside it, in as many lines as it needs, what it is."""
+    share, _, name = line.strip().partition(" %  ")
+    split = layout.split(factor=0.25)
+    left = split.row()
+    left.alignment = "RIGHT"
+    left.label(text=f"{share} %")
+    draw_wrapped(split, name, "NONE", int(0.75 * width))
+
+
 class _Probe:
     bl_label = "Pixel Probe"
     bl_options = {"DEFAULT_CLOSED"}
@@ -195,9 +206,11 @@ class _Probe:
         made.x, made.y = settings.probe_x, settings.probe_y
         if self.bl_space_type == "IMAGE_EDITOR":
             row.operator("dichromatic.pick_pixel", text="", icon="EYEDROPPER")
+        total, *parts = _report(context, "probe_report").splitlines() or [""]
+        draw_wrapped(layout, total[:1].upper() + total[1:], "INFO", panel_line(context))
         column = layout.column(align=True)
-        for line in _report(context, "probe_report").splitlines():
-            draw_wrapped(column, line, "BLANK1" if line.startswith(" ") else "INFO", panel_line(context))
+        for line in parts:
+            _draw_part(column, line, panel_line(context))
 
 
 class DICHROMATIC_UL_lamps(bpy.types.UIList):

@@ -85,7 +85,7 @@ class DichromaticStudySettings(bpy.types.PropertyGroup):
 
 def sheet_lamps(settings: Any) -> list[str]:
     """Return the names of the lamps that a contact sheet of these settings shows."""
-    return [item.lamp for item in settings.lamps] or list(STANDARD_LAMPS)
+    return [item.lamp for item in settings.lamps if item.lamp] or list(STANDARD_LAMPS)
 
 
 CLASSES = (DichromaticStudyLamp, DichromaticStudySettings)

@@ -51,7 +51,7 @@ class FakeLayout:
     def operator(self, idname: str, *, text: str | None = None, icon: str = "NONE", emboss: bool = True) -> Any:
         _require_operator(idname)
         _require_icon(icon)
-        self.drawn.append(("operator", idname))
+        self.drawn.append(("operator" if self.enabled else "greyed operator", idname))
         return SimpleNamespace()
 
     def operator_menu_enum(self, idname: str, name: str, *, text: str = "", icon: str = "NONE") -> Any:

@@ -318,7 +318,7 @@ def test_the_image_editor_offers_the_image_that_is_relit(studio: Any) -> None:
     context = SimpleNamespace(scene=studio, view_layer=studio.view_layers[0], space_data=space)
     assert live_relight.DICHROMATIC_OT_show_render.execute(SimpleNamespace(), context) == {"FINISHED"}
     assert space.image == bpy.data.images[IMAGE_NAME]
-    assert "dichromatic.show_render" not in draw(panel, studio, space).names("operator")
+    assert "dichromatic.show_render" in draw(panel, studio, space).names("greyed operator")
 
 
 # ---- studies
@@ -362,6 +362,8 @@ def test_the_sheet_takes_the_lamps_of_the_list(rendered: Any) -> None:
     assert study_settings.sheet_lamps(settings) == ["A", "FL2", "FL11", "HP1"]
     assert bpy.ops.dichromatic.contact_sheet() == {"FINISHED"}
     assert tuple(bpy.data.images[studies.SHEET_IMAGE].size) == (2 * WIDTH + 8, 2 * HEIGHT + 8)
+    settings.lamps[1].lamp = ""  # by the cross in its row
+    assert study_settings.sheet_lamps(settings) == ["A", "FL11", "HP1"]
     for _ in range(4):
         bpy.ops.dichromatic.study_lamps(action="REMOVE")
     assert bpy.ops.dichromatic.study_lamps(action="REMOVE") == {"CANCELLED"}
@@ -409,6 +411,17 @@ def test_lamps_that_share_their_data_are_told_apart_by_their_objects(studio: Any
     for name in ("Left x", "Right x", "Fill x"):
         assert name in report
     assert "Key" not in report
+
+
+def test_the_parts_of_a_pixel_stand_beside_their_shares(rendered: Any) -> None:
+    assert bpy.ops.dichromatic.probe_pixel(x=20, y=5) == {"FINISHED"}
+    total, *parts = last_render.kept_render(rendered).probe_report.splitlines()
+    labels = draw(study_panels.DICHROMATIC_PT_image_probe, rendered).names("label")
+    assert "".join(labels).startswith("Pixel (20, 5): Y")
+    shares = [label for label in labels if label.endswith(" %")]
+    assert shares == [part.split("%")[0].strip() + " %" for part in parts]
+    assert "Key x" in " ".join(labels)
+    assert total.startswith("pixel")
 
 
 def _csv_rows() -> list[str]:
