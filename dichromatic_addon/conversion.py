@@ -10,6 +10,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ._core import core
+from .menu_entries import append_entries, remove_entries
 from .names import ENGINE_ID
 from .nodes.converting import convert, is_convertible
 
@@ -177,17 +178,11 @@ def register() -> None:
     """Register the operators, and append them to Blender's menus."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    for name, draw in MENUS:
-        menu = getattr(bpy.types, name, None)  # absent in a Blender without its own interface scripts
-        if menu is not None:
-            menu.append(draw)
+    append_entries(MENUS)
 
 
 def unregister() -> None:
     """Take everything out again."""
-    for name, draw in MENUS:
-        menu = getattr(bpy.types, name, None)
-        if menu is not None:
-            menu.remove(draw)
+    remove_entries(MENUS)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

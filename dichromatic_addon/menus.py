@@ -6,6 +6,7 @@ import bpy
 
 from . import last_render
 from .conversion import DICHROMATIC_OT_convert_materials, DICHROMATIC_OT_list_approximations
+from .menu_entries import append_entries, remove_entries
 from .names import ENGINE_ID
 from .study_panels import draw_map_button, draw_sheet_button
 
@@ -57,17 +58,11 @@ def register() -> None:
     """Register the menu, and append our entries to Blender's."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    for name, draw in MENUS:
-        menu = getattr(bpy.types, name, None)  # absent in a Blender without its own interface scripts
-        if menu is not None:
-            menu.append(draw)
+    append_entries(MENUS)
 
 
 def unregister() -> None:
     """Take everything out again."""
-    for name, draw in MENUS:
-        menu = getattr(bpy.types, name, None)
-        if menu is not None:
-            menu.remove(draw)
+    remove_entries(MENUS)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from .menu_entries import append_entries, remove_entries
 from .names import ENGINE_ID
 from .panel_base import PropertiesPanel, columns
 from .wrapped import draw_wrapped, panel_line
@@ -186,21 +187,18 @@ CLASSES = (
     DICHROMATIC_PT_object_ray_visibility,
     DICHROMATIC_OT_light_group_each,
 )
+PANELS = ((_VISIBILITY, _draw_shadow_catcher),)
 
 
 def register() -> None:
     """Register the panels and the operator, and add to Blender's panel of an object's visibility."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    panel = getattr(bpy.types, _VISIBILITY, None)  # absent in a Blender without its own interface scripts
-    if panel is not None:
-        panel.append(_draw_shadow_catcher)
+    append_entries(PANELS)
 
 
 def unregister() -> None:
     """Take them out again."""
-    panel = getattr(bpy.types, _VISIBILITY, None)
-    if panel is not None:
-        panel.remove(_draw_shadow_catcher)
+    remove_entries(PANELS)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

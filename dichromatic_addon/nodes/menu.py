@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ..menu_entries import append_entries, remove_entries
 from ..names import ENGINE_ID
 from . import dielectric, metal, mix, spectrum
 
@@ -31,17 +32,14 @@ def _draw_entry(self: Any, context: Any) -> None:
 
 
 CLASSES = (DICHROMATIC_MT_node_add,)
+MENUS = ((ADD_MENU, _draw_entry),)
 
 
 def register() -> None:
-    """Append our entry to Blender's Add menu (absent in a Blender without its own interface scripts)."""
-    menu = getattr(bpy.types, ADD_MENU, None)
-    if menu is not None:
-        menu.append(_draw_entry)
+    """Append our entry to Blender's Add menu."""
+    append_entries(MENUS)
 
 
 def unregister() -> None:
     """Take our entry out again."""
-    menu = getattr(bpy.types, ADD_MENU, None)
-    if menu is not None:
-        menu.remove(_draw_entry)
+    remove_entries(MENUS)
