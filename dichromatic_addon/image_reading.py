@@ -163,7 +163,7 @@ def environment_pixels(image: Any, *, pictures: str) -> NDArray[np.float32]:
         return np.ones((1, 1, 3), np.float32)
     content, raw = _content(image, pictures)
     if content not in _environments:
-        colours = from_working(_working(image, _raw_pixels(image) if raw is None else raw, straight=False)[..., :3])
+        colours = _channel(image, _raw_pixels(image) if raw is None else raw, "colour", straight=False)
         pixels = np.nan_to_num(colours[::-1], posinf=0.0, neginf=0.0)
         pixels.flags.writeable = False
         _environments.clear()  # they are large
@@ -225,10 +225,7 @@ def working_pixels(image: Any, *, straight: bool, pictures: str) -> NDArray[np.f
     """
     if pictures == "none":
         return np.ones((1, 1, 4), np.float32)
-    return _working(image, _raw_pixels(image), straight)
-
-
-def _working(image: Any, raw: NDArray[np.float32], straight: bool) -> NDArray[np.float32]:
+    raw = _raw_pixels(image)
     alpha = _channel(image, raw, "alpha", straight)
     colours = _linear(image, raw, alpha if image.alpha_mode != "NONE" else np.ones_like(alpha), straight)
     if image.is_float or _is_data(image):

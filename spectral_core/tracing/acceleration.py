@@ -92,11 +92,10 @@ class Acceleration:
         ----------
         Own design.
         """
-        everything = members is None or bool(members.all())
-        key = b"" if everything or members is None else np.packbits(members).tobytes()
+        key = _key(members)
         with self._lock:
             if key not in self._trees:
-                chosen = None if everything or members is None else np.flatnonzero(members)
+                chosen = None if members is None or not key else np.flatnonzero(members)
                 self._trees[key] = Bvh.build(self.geometry, chosen, stop_if_cancelled)
             return self._trees[key]
 
@@ -177,7 +176,7 @@ class Acceleration:
         if not keep:
             return LightView(self.geometry, position, to_light, sight, solids, members)
         key = (
-            None if members is None else np.packbits(members).tobytes(),
+            _key(self.geometry.shadow_visible if members is None else members),
             *(
                 None if value is None else np.asarray(value, np.float64).tobytes()
                 for value in (position, to_light, *(sight or (None, None)))
@@ -278,6 +277,11 @@ class AccelerationCache:
         """
         with self._lock:
             self._kept = None
+
+
+def _key(members: NDArray[np.bool_] | None) -> bytes:
+    """Tell sets of triangles apart; empty for all of them."""
+    return b"" if members is None or members.all() else np.packbits(members).tobytes()
 
 
 def _same(before: Sequence[Instance], after: Sequence[Instance]) -> bool:
