@@ -9,7 +9,7 @@ from spectral_core.renderer import render
 from spectral_core.sample_pattern import SamplePattern
 from spectral_core.scene import RenderSettings, Scene, World
 from spectral_core.spectra import Spectrum
-from spectral_core.tracing import Camera
+from spectral_core.tracing import Camera, Instance, Mesh
 from spectral_core.tracing.balance import MOST_BALANCED, balanced_groups
 from spectral_core.tracing.sampling import sobol_points
 from tests.render.render_scenes import floor, placed
@@ -106,14 +106,44 @@ def test_numbers_of_samples_between_powers_of_two_leave_no_gap(samples, step):
     assert np.array_equal(np.bincount(third), np.full(step * step, samples))
 
 
-def test_a_matte_floor_under_an_even_sky_is_evenly_lit():
-    """Radiance is reflectance times that of the sky, in each pixel of a render with few samples."""
+def floor_under_the_sky(wall=False) -> Scene:
+    """A matte floor, seen from above; a wall without end, unseen, hides half of the sky from where it stands."""
     matrix = np.eye(4)
     matrix[2, 3] = 10.0
     camera = Camera(matrix, (-1.0, 1.0, -1.0, 1.0), "orthographic", clip_start=0.01, clip_end=100.0)
     matte = TypeI(Spectrum.constant(0.5, "grey"), 0.0, "cosine", 1.0)
     sky = World(Spectrum.constant(1.0, "E"), strength=1.0, lights_surfaces=True)
-    scene = Scene([placed(floor(2.0))], [matte], [], camera, sky)
+    instances = [placed(floor(2.0))]
+    if wall:
+        corners = [(-1.01, -500.0, -0.1), (-1.01, 500.0, -0.1), (-1.01, 500.0, 1000.0), (-1.01, -500.0, 1000.0)]
+        instances.append(Instance(Mesh(corners, [(0, 1, 2), (0, 2, 3)]), camera_visible=False))
+    return Scene(instances, [matte], [], camera, sky)
+
+
+def unevenness(scene, columns):
+    """Root mean square of how much pixels differ from the mean of their tile of 4 x 4, relative, over four seeds."""
+    squares = []
+    for seed in range(4):
+        y = render(scene, RenderSettings(32, 32, samples=4, seed=seed)).tristimulus()[:, :columns, 1]
+        tiles = y.reshape(8, 4, columns // 4, 4)
+        squares.append(np.mean((tiles / tiles.mean(axis=(1, 3), keepdims=True) - 1.0) ** 2))
+    return float(np.sqrt(np.mean(squares)))
+
+
+@pytest.mark.parametrize(("wall", "largest"), [(False, 0.04), (True, 0.18)])
+def test_pixels_of_a_matte_floor_differ_less_once_directions_are_exchanged(monkeypatch, wall, largest):
+    scene, columns = floor_under_the_sky(wall), 8 if wall else 32  # near the wall, where it hides a half
+    after = unevenness(scene, columns)
+    monkeypatch.setattr(SamplePattern, "balanced", lambda self, *given: self)
+    before = unevenness(scene, columns)
+    print(f"\nwall {wall}: pixels differ by {100 * after:.1f} %, by {100 * before:.1f} % without the exchange")
+    assert after < largest
+    assert after < 0.75 * before
+
+
+def test_a_matte_floor_under_an_even_sky_is_evenly_lit():
+    """Radiance is reflectance times that of the sky, in each pixel of a render with few samples."""
+    scene = floor_under_the_sky()
     errors = []
     for seed in range(4):
         y = render(scene, RenderSettings(32, 32, samples=4, seed=seed)).tristimulus()[..., 1]
